@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.gait.constraint import declared_margins
+from gaitopt.gait.constraint import ConstraintBlock, declared_margins
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.parameters import FOOT_SPACING, set_geometry
 from gaitopt.gait.presets import humanoid_task, natural_duration, preset_task, widest
@@ -317,26 +317,39 @@ class LimitAdjustment(Adjustment):
 
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
         """Return the walk with the limits as functions of t."""
-        return RelaxedProgram(problem, (self.relaxation(problem),), start[:-1])
+        x = start[:-1]
+        return RelaxedProgram(problem, (self.relaxation(problem, x),), x)
 
-    def relaxation(self, problem: WalkProblem) -> Relaxation:
-        """Return how the rows' limits give per unit of t."""
+    def relaxation(self, problem: WalkProblem, x: Array) -> Relaxation:
+        """Return how the rows' limits give per unit of t.
+
+        A limit that gives only from some value on, as that of a pair of bodies that stand nearer
+        than asked, gives evenly all the way to the bound instead. `shadow_prices` tells what little
+        changes do.
+
+        Args:
+            problem: the walk.
+            x: its parameters, shape (P,), of which only a free duration matters.
+        """
         size = problem.rows.lower.size
         lower, upper = np.zeros(size), np.zeros(size)
+        couplings: tuple[Coupling, ...] = ()
         if self.name == "speed":
             given = upper if self.step < 0.0 else lower
             ahead = problem.rows_of("walking speed").start  # a stride's second row is to the left
-            given[ahead] = abs(self.step) * problem.task.duration
+            free = problem.layout.index("duration")
+            given[ahead] = abs(self.step) * (problem.task.duration if free is None else x[free])
         else:
             robot, task = self.changed(problem.robot, problem.task, self.bound)
             share = self.step / (self.bound - self.before)
-            pairs = zip(problem.blocks, constraint_blocks(robot, task, problem.grid), strict=True)
-            for old, new in pairs:
+            changed = constraint_blocks(robot, task, problem.grid)
+            for old, new in zip(problem.blocks, changed, strict=True):
                 rows = problem.rows_of(old.name)
                 lower[rows] = share * _moved(new.lower, old.lower, old.scale)
                 upper[rows] = share * _moved(old.upper, new.upper, old.scale)
+            couplings = self._couplings(problem, changed)
         largest = (self.bound - self.before) / self.step
-        return Relaxation(self.name, lower, upper, self._couplings(problem), largest)
+        return Relaxation(self.name, lower, upper, couplings, largest)
 
     def start(self, x: Array, amount: float) -> Array:
         """Return (x, t)."""
@@ -346,8 +359,12 @@ class LimitAdjustment(Adjustment):
         """Return the value at (x, t)."""
         return self.before + self.step * float(z[-1])
 
-    def _couplings(self, problem: WalkProblem) -> tuple[Coupling, ...]:
+    def _couplings(
+        self, problem: WalkProblem, changed: tuple[ConstraintBlock, ...]
+    ) -> tuple[Coupling, ...]:
+        """Return which rows move with a force; changed are the blocks at another value."""
         present = {f.name: f for f in problem.blocks}
+        others = {f.name: f for f in changed}
         found = []
         for constraint in (*CONSTRAINTS, *problem.task.constraints):
             name, coupled = constraint.name, constraint.couplings.get(self.name)
@@ -359,7 +376,8 @@ class LimitAdjustment(Adjustment):
             first = problem.rows_of(force).start
             partners = first + np.arange(rows.size) // per_force
             factor = float(present[force].scale[0] / present[name].scale[0])
-            found.append((rows, partners, sign * self.step * factor))
+            moves = _differ(present[name], others[name], problem.robot)
+            found.append((rows[moves], partners[moves], sign * self.step * factor))
         return tuple(found)
 
 
@@ -583,6 +601,13 @@ def _moved(start: Array, end: Array, scale: Array) -> Array:
     """Scaled end - start of limits, zero where there are none."""
     there = np.isfinite(start)
     return (np.subtract(end, start, out=np.zeros(start.shape), where=there) / scale).ravel()
+
+
+def _differ(old: ConstraintBlock, new: ConstraintBlock, robot: Robot) -> NDArray[np.bool_]:
+    """Return which rows of blocks have other values where no quantity vanishes, shape (K r,)."""
+    width = sum(len(one.labels(robot)) for one in old.reads)
+    ones = np.ones((old.lower.shape[0], width))
+    return np.asarray(old.function.value(ones) != new.function.value(ones)).ravel()
 
 
 SUFFICIENT_DECREASE, FEASIBLE_STALL = 0.01, 8

@@ -343,7 +343,7 @@ class _Search:
         self, settings: tuple[LimitAdjustment, ...], x: Array
     ) -> Suggestion | None:
         """Change several limits as little as possible, from the relaxed walk x."""
-        relaxations = tuple(setting.relaxation(self.problem) for setting in settings)
+        relaxations = tuple(setting.relaxation(self.problem, x) for setting in settings)
         program = RelaxedProgram(self.problem, relaxations, x)
         z = self._solved(program, Start(program.needed(x)))
         if z is None:
@@ -448,7 +448,7 @@ def _promising(problem: WalkProblem, relaxed: LeastRelaxation) -> list[tuple[Adj
     )
     found: list[tuple[bool, bool, bool, bool, float, Adjustment]] = []
     for setting in limit_adjustments(problem):
-        relaxation = setting.relaxation(problem)
+        relaxation = setting.relaxation(problem, relaxed.x)
         relief = relaxation.relief(rows, relaxed.multipliers)
         short = relief * relaxation.largest <= relaxed.amount
         stands, aside = gives.isdisjoint(setting.constraints), main.isdisjoint(setting.constraints)

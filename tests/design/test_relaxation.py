@@ -87,6 +87,19 @@ def test_a_relaxed_row_has_the_room_that_the_changed_task_gives_it(name):
     check_room(walked.problem, walked.x, name)
 
 
+def test_a_margin_of_the_sole_gives_no_room_at_the_ends_of_a_strip():
+    """While a foot turns about an edge, only the sides of its strip move with the margin."""
+    walked = walk("upright, heel strike, toe off, everything free")
+    check_room(walked.problem, walked.x, "cop_margin")
+
+
+def test_a_free_duration_tells_what_the_speed_gives():
+    walked = walk("upright, everything free")
+    problem = walked.problem
+    assert walked.x[problem.layout.index("duration")] != problem.task.duration
+    check_room(problem, walked.x, "speed")
+
+
 @dataclass(frozen=True)
 class Grip(Constraint):
     """A friction cone of one's own, and a limit that moves with its margin in another way."""
@@ -163,7 +176,7 @@ def test_multipliers_tell_how_much_turning_a_knob_brings(robot):
     x = easier_guess(problem)
     found = problem.values(x)
     setting = setting_of(problem, "lateral_gap")
-    relaxation = setting.relaxation(problem)
+    relaxation = setting.relaxation(problem, x)
     y = np.zeros(problem.rows.lower.size)
     y[problem.rows_of("lateral")] = -0.25
     count = y[y != 0.0].size
@@ -296,8 +309,8 @@ def test_the_own_motors_of_a_robot_are_never_too_strong_for_it(robot):
 
 
 def test_multipliers_go_to_the_limit_they_push():
-    problem = walk("guess").problem
-    relaxation = setting_of(problem, "torque_limit").relaxation(problem)
+    problem, x = walk("guess").problem, walk("guess").x
+    relaxation = setting_of(problem, "torque_limit").relaxation(problem, x)
     program = RelaxedProgram(problem, (relaxation,), np.zeros(problem.layout.size))
     rng = np.random.default_rng(0)
     lower, upper = np.isfinite(problem.rows.lower), np.isfinite(problem.rows.upper)
