@@ -578,7 +578,10 @@ class TransitionOptions:
         None, "Duration of each step, as 0.4 or 0.3,0.4; by default it is searched.", metavar="S"
     )
     shift: float = entry(
-        0.0, "From standing: time in which the weight moves over one foot while both stand.", "s"
+        0.0,
+        "From standing: time in which the weight moves over one foot while both stand; "
+        "searched with the duration of the first step.",
+        "s",
     )
     stretch: float = entry(
         0.96, "Of the legs of a robot that stands: distance of hip and ankle over their length.",

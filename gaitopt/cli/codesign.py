@@ -155,6 +155,8 @@ def study_of(
         settings = {**base.settings, **own}
         task = make_request(settings, None).task
         cases.append(WalkCase(label, weight, task, maker(settings)))
+    if not vary:
+        raise InputError("a co-design needs numbers to choose: --vary shin=25cm:35cm, repeatable")
     motors = _motors(base, vary)
     variables = tuple(_variable(text, spec, motors) for text in vary)
     return Study(spec, variables, tuple(cases), keep_leg, motors), base

@@ -323,6 +323,11 @@ def make_request(given: Settings, config: Path | None) -> Request:
     task = make_task(settings, robot)
     how = ("differences", "refine", "approach", "toe_begin", "phase_times")
     options = DesignOptions(make_solver(settings), **{n: settings[n] for n in how if n in settings})
+    if options.phase_times == "best" and task.heel_strike is None and task.double_support is None:
+        raise InputError(
+            "phase_times 'best' searches the times of heel_strike and double_support; give one of "
+            "them to begin from, or leave it out"
+        )
     one = any(name in settings for name in ("start", "seed", "sigma"))
     starts = 1 if one and "starts" not in settings else asked.starts
     if starts < 1:

@@ -10,7 +10,8 @@ from gaitopt.cli.process import ExitCode
 from gaitopt.cli.results import require_files
 from gaitopt.cli.show import loaded
 from gaitopt.design.transition import TransitionDesign, design_transition
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
+from gaitopt.gait.result import Gait
 from gaitopt.gait.transition_file import save_transition
 
 STANDING = "standing"
@@ -48,7 +49,7 @@ def run(
     files = [Path(end) for end in (begin, finish) if end != STANDING]
     if any(output.exists() and one.exists() and output.samefile(one) for one in files):
         raise InputError(f"'{output}' is one of the gaits; give another file to write")
-    before, after = (None if end == STANDING else loaded(Path(end)) for end in (begin, finish))
+    before, after = _end(begin), _end(finish)
     lasts = _durations(duration)
     found = design_transition(
         before, after, steps=steps, durations=lasts, shift=shift, stretch=stretch
@@ -58,6 +59,17 @@ def run(
     typer.echo(f"wrote {save_transition(found.transition, output)}")
     if not found.certificate.certified:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
+
+
+def _end(text: str) -> Gait | None:
+    if text == STANDING:
+        return None
+    if not Path(text).exists():
+        raise InputError(
+            f"there is no such file as '{text}'; {did_you_mean(text, [STANDING])}give '{STANDING}' "
+            "or a gait file, that gaitopt optimise --output wrote"
+        )
+    return loaded(Path(text))
 
 
 def _durations(text: str | None) -> tuple[float, ...] | float | None:

@@ -109,7 +109,7 @@ def test_a_robot_of_a_file_gets_choices(cli, tmp_path):
 def test_what_cannot_be_is_refused(cli, finished, tmp_path):
     folder, _ = finished
     for words, told in (
-        (("--speeds", "0.8"), "needs numbers to choose"),
+        (("--speeds", "0.8"), "numbers to choose: --vary shin="),
         (("--vary", "hip_width=0.1:0.14"), "give the walks"),
         (("--vary", "nose=0.1:0.2", "--speeds", "0.8"), "give NAME=LOWER:UPPER"),
         (("--vary", "trunk_height=0.5:0.7", "--speeds", "0.8"), "cannot be chosen"),

@@ -15,7 +15,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
 
 from browser import BROWSER, close, opened
-from page_scene import commands_of, scene_of, unpacked
+from page_scene import commands_of, places, scene_of, unpacked
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
@@ -57,6 +57,7 @@ def last(messages):
 def test_a_slider_is_answered_with_a_walk_and_then_its_certificate(session, settings):
     told = list(session.answers({**settings, "speed": 0.82}, never))
     assert [one["kind"] for one in told] == ["walk", "motion", "walk", "motion"]
+    assert all(set(one["words"]) <= places(session.page()) for one in told)
     first, proof = told[::2]
     assert first["words"]["verdict"] == FOLLOWS
     assert proof["words"]["verdict"] == "certified"

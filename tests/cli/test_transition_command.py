@@ -95,6 +95,7 @@ def test_what_does_not_go_with_it_is_refused(
     [
         (("standing", "standing", "-o", "m.npz"), "give at least one"),
         (("standing", "nowhere.npz", "-o", "m.npz"), "there is no such file"),
+        (("standin", "WALK", "-o", "m.npz"), "did you mean 'standing'"),
         (("standing", "WALK", "-o", "m.csv"), "end in .npz"),
         (("standing", "WALK", "-o", "nowhere/m.npz"), "there is no directory"),
         (("standing", "WALK", "-o", "WALK"), "is one of the gaits"),

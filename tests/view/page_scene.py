@@ -16,6 +16,11 @@ def scene_of(page: str) -> list[dict]:
     return commands_of(unpacked(re.search(r'PACKED_SCENE = "([^"]*)";', page)[1]))
 
 
+def places(page: str) -> set[str]:
+    """The ids of the elements of a page."""
+    return set(re.findall(r'\bid="(\w+)"', page))
+
+
 def commands_of(data: bytes) -> list[dict]:
     found = []
     while data:

@@ -18,9 +18,11 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.view.animation import build_scene
 from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES, write_figures
-from gaitopt.view.page import page_text, write_page
+from gaitopt.view.page import details, headline, page_text, write_page
+from gaitopt.view.viewer import Recorder, meshcat, page_file
 
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
@@ -72,6 +74,14 @@ def test_the_page_tells_what_is_known(text):
     }
     bare = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", page_text(bare_gait(), steps=1)))
     assert set(bare) == {"speed", "step"}
+
+
+def test_each_word_of_a_page_has_its_element():
+    """A later answer of a live page writes into it by this name."""
+    gait = sample_gait()
+    scene = build_scene(meshcat.Visualizer(window=Recorder()), gait, 1)
+    for name in {**headline(gait), **details(gait, scene)}:
+        assert f'id="{name}">@{name.upper()}@<' in page_file("page.html")
 
 
 def test_tables_break_lines_and_say_motors_and_proof(text):

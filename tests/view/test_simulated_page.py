@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 from browser import BROWSER
-from page_scene import scene_of
+from page_scene import places, scene_of
 from sample_gait import sample_gait
 from test_page import browsed
 
@@ -118,6 +118,7 @@ def test_the_page_says_what_came_of_it_and_holds_the_tables(text):
     assert "<h2>Measured</h2>" in text
     assert "push, at the pelvis" in text
     assert re.findall(r"<button>(.*?)</button>", text) == ["as designed, elsewhere", "pushed"]
+    assert all(set(film["words"]) <= places(text) for film in data_of(text)["films"])
     alone = simulated_page(GAIT, [replay()], ())
     assert "push, at the pelvis" not in alone
     assert 'id="replays"' not in alone
