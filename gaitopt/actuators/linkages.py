@@ -23,16 +23,8 @@ import numpy as np
 
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
-from gaitopt.model.closure import (
-    MOST_JOINTS,
-    Closure,
-    Linkage,
-    Rod,
-    Series,
-    dot,
-    motor_series,
-    turned_about,
-)
+from gaitopt.model.linkage import MOST_JOINTS, Closure, Linkage, Rod, motor_series
+from gaitopt.model.power_series import Series, dot, turned_about
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 

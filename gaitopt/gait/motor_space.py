@@ -24,7 +24,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.functions import QuantityFunction
-from gaitopt.model.closure import Linkage
+from gaitopt.model.linkage import Linkage
 from gaitopt.nlp import Array
 
 if TYPE_CHECKING:

@@ -20,7 +20,6 @@ from gaitopt.importers.source import Source
 from gaitopt.importers.ties import Tie, among
 from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.closure import Linkage
 from gaitopt.model.coupling import couple
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import FoundSole, find_sole
@@ -46,6 +45,7 @@ from gaitopt.model.legs.reference_posture import (
     with_ties,
 )
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
+from gaitopt.model.linkage import Linkage
 from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
 from gaitopt.model.payload import add_payloads, loaded_joints
 from gaitopt.model.physics_report import armature_findings

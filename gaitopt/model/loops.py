@@ -22,8 +22,8 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, LoopFrames
 from gaitopt.importers.report import Finding, listed
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.closure import MOST_JOINTS, OPEN, Closure, Linkage, Point, Rod, first_fault
-from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints
+from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, joint_kind
+from gaitopt.model.linkage import MOST_JOINTS, OPEN, Closure, Linkage, Point, Rod, first_fault
 from gaitopt.nlp import Array
 
 _STEP = 0.05  # rad: of a joint of the leg, while its loops are followed
@@ -130,6 +130,14 @@ def _tighter(one: _Mechanism, twin: _Mechanism) -> tuple[Linkage, list[Finding]]
             "the mirror image"
         )
         findings.append(Finding("loops", " and ".join(own.joints), text, "warning"))
+    for motor, mine, k in zip(own.motors, own.range, order, strict=True):
+        if not _same_range(mine, its := other.range[k]):
+            text = (
+                f"turns {_range_words(mine)}, '{other.motors[k]}' of the other leg "
+                f"{_range_words(its)}; the first holds for both, mirrored: narrow it by "
+                f"--limit {motor}.range=LOW:HIGH if the other is tighter"
+            )
+            findings.append(Finding("loops", f"'{motor}'", text, "warning"))
     torque, speed = (
         tuple(
             min((x for x in (mine, its[k]) if x is not None), default=None)
@@ -138,6 +146,17 @@ def _tighter(one: _Mechanism, twin: _Mechanism) -> tuple[Linkage, list[Finding]]
         for of, its in ((own.torque, other.torque), (own.speed, other.speed))
     )
     return own._replace(torque=torque, speed=speed), findings
+
+
+def _same_range(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
+    """Return whether a range is another one, or its mirror image."""
+    if one is None or other is None:
+        return one is other
+    return any(np.allclose(one, ends, rtol=_UNLIKE) for ends in (other, (-other[1], -other[0])))
+
+
+def _range_words(ends: tuple[float, float] | None) -> str:
+    return "without a range" if ends is None else f"from {ends[0]:.4g} to {ends[1]:.4g}"
 
 
 def _pairing(one: _Mechanism, twin: _Mechanism) -> list[int]:
@@ -150,11 +169,11 @@ def _pairing(one: _Mechanism, twin: _Mechanism) -> list[int]:
 
 def rods_on_balls(model: pin.Model, loops: Sequence[LoopFrames]) -> frozenset[int]:
     """Return the balls in loops, which carry rods."""
-    ways = (way for group in _groups(model, loops) for one in group.closures for way in one.ways)
+    ways = (way for group in _groups(model, loops) for one in group.connections for way in one.ways)
     return frozenset(j for way in ways for j in way if model.joints[j].nv > 1)
 
 
-class _Closure(NamedTuple):
+class _Connection(NamedTuple):
     """A pair of frames that are held together.
 
     Attributes:
@@ -171,9 +190,9 @@ class _Closure(NamedTuple):
 
 
 class _Group(NamedTuple):
-    """Closures that have joints in common, and all joints on their ways."""
+    """Connections that have joints in common, and all joints on their ways."""
 
-    closures: tuple[_Closure, ...]
+    connections: tuple[_Connection, ...]
     joints: frozenset[int]
 
 
@@ -184,11 +203,11 @@ def _groups(model: pin.Model, loops: Sequence[LoopFrames]) -> list[_Group]:
         ways = [list(model.supports[model.frames[f].parentJoint]) for f in frames]
         shared = [j for j in ways[0] if j in ways[1]]
         first, second = (tuple(int(j) for j in way if j not in shared) for way in ways)
-        closure = _Closure(frames, loop.axes, int(shared[-1]), (first, second))
-        group = _Group((closure,), frozenset((*first, *second)))
+        connection = _Connection(frames, loop.axes, int(shared[-1]), (first, second))
+        group = _Group((connection,), frozenset((*first, *second)))
         for other in [g for g in groups if g.joints & group.joints]:
             groups.remove(other)
-            group = _Group((*other.closures, *group.closures), other.joints | group.joints)
+            group = _Group((*other.connections, *group.connections), other.joints | group.joints)
         groups.append(group)
     return groups
 
@@ -315,15 +334,15 @@ class _Mechanism:
         pin.computeJointJacobians(model, data, q)
         pin.updateFramePlacements(model, data)
         gaps, rows = [], []
-        for closure in self.group.closures:
-            first, second = (data.oMf[f] for f in closure.frames)
+        for connection in self.group.connections:
+            first, second = (data.oMf[f] for f in connection.frames)
             J, K = (
                 pin.getFrameJacobian(model, data, f, pin.LOCAL_WORLD_ALIGNED)
-                for f in closure.frames
+                for f in connection.frames
             )
             gaps.append(first.translation - second.translation)
             rows.append(J[:3] - K[:3])
-            if closure.axes:
+            if connection.axes:
                 R = second.rotation
                 gaps.append(R @ pin.log3(R.T @ first.rotation))
                 rows.append(J[3:] - K[3:])
@@ -396,8 +415,8 @@ class _Mechanism:
         for joint, most in zip(self.turned, torque, strict=True):
             if most is not None and not most > 0.0:
                 raise self.refusal(
-                    f"its motor '{self.name(joint)}' gives {abs(most):g} N·m to one side; it must "
-                    "give torque to both"
+                    f"its motor '{self.name(joint)}' gives {abs(most):g} {self._unit(joint)} to "
+                    "one side; it must push to both"
                 )
         none = (None,) * len(rods)
         names, motors = self.names(self.joints), self.names(self.turned)
@@ -425,13 +444,14 @@ class _Mechanism:
                 points.append(_point(base.actInv(data.oMi[joint].translation)))
                 before = last[joint] = len(parents) - 1
         ends = []
-        for closure in self.group.closures:
+        for connection in self.group.connections:
             joints = (
-                self._moved_by(model.frames[f].parentJoint, last, own=True) for f in closure.frames
+                self._moved_by(model.frames[f].parentJoint, last, own=True)
+                for f in connection.frames
             )
             one, other = joints
-            for arm in (np.zeros(3), *(_ARM * np.eye(3)[:2] if closure.axes else ())):
-                x, y = (_point(base.actInv(data.oMf[f].act(arm))) for f in closure.frames)
+            for arm in (np.zeros(3), *(_ARM * np.eye(3)[:2] if connection.axes else ())):
+                x, y = (_point(base.actInv(data.oMf[f].act(arm))) for f in connection.frames)
                 ends.append((one, x, other, y))
         low, high = zip(*map(self._range, self.joints), strict=True)
         motors = tuple([*self.own, *self.free].index(c) for c in self._columns(self.turned))
@@ -479,28 +499,32 @@ class _Mechanism:
         """Return the rod of a crank, in the frame of the body before the joints; None if none."""
         if crank in self.joints:
             return None
-        mine = [c for c in self.group.closures if any(crank in way for way in c.ways)]
-        closure = mine[0]
-        first, second = (0, 1) if crank in closure.ways[0] else (1, 0)
-        near, far = closure.ways[first][1:], closure.ways[second]
+        mine = [c for c in self.group.connections if any(crank in way for way in c.ways)]
+        connection = mine[0]
+        first, second = (0, 1) if crank in connection.ways[0] else (1, 0)
+        near, far = connection.ways[first][1:], connection.ways[second]
         beyond = [j for j in far if j not in self.joints]
         fits = (
             len(mine) == 1
-            and not closure.axes
-            and closure.ways[first][0] == crank
-            and closure.base == int(self.model.parents[self.joints[0]])
+            and not connection.axes
+            and connection.ways[first][0] == crank
+            and connection.base == int(self.model.parents[self.joints[0]])
             and list(far) == [*self.joints, *beyond]
             and bool(near) != bool(beyond)
         )
         pivot = self._meeting([*near, *beyond]) if fits else None
         if pivot is None or not self._axis(crank).any():
             return None
-        ends = [self.data.oMf[f].translation for f in closure.frames]
+        ends = [self.data.oMf[f].translation for f in connection.frames]
         crank_end, rod_end = (pivot, ends[second]) if near else (ends[first], pivot)
         axis = self._axis(crank)
         points = [base.actInv(p) for p in (self.data.oMi[crank].translation, crank_end, rod_end)]
         centre, end, tip = points
         return Rod(_point(centre), _point(base.rotation.T @ axis), _point(end), _point(tip))
+
+    def _unit(self, joint: int) -> str:
+        """Return the unit of what a motor gives."""
+        return "N" if joint_kind(self.model.joints[joint]) == "prismatic" else "N·m"
 
     def _axis(self, joint: int) -> Array:
         pin.computeJointJacobians(self.model, self.data)
@@ -536,8 +560,9 @@ class _Mechanism:
         model, data = self.model, self.data
         subject = " and ".join(f"'{name}'" for name in linkage.joints)
         motors = [
-            f"'{motor}'" + (" (no torque limit)" if most is None else f" ({most:.4g} N·m)")
-            for motor, most in zip(linkage.motors, linkage.torque, strict=True)
+            f"'{self.name(motor)}'"
+            + (" (no torque limit)" if most is None else f" ({most:.4g} {self._unit(motor)})")
+            for motor, most in zip(self.turned, linkage.torque, strict=True)
         ]
         rates = "; ".join(", ".join(f"{n:.3g}" for n in row) for row in self.rates)
         text = f"turned by {' and '.join(motors)} through cranks and rods, at rates {rates}"

@@ -17,7 +17,6 @@ from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, read_source
 from gaitopt.model.chain import build_chain
 from gaitopt.model.chain_physics import ChainPhysics
-from gaitopt.model.closure import Linkage
 from gaitopt.model.coupling import Coupling, couple
 from gaitopt.model.feet.sole import LEVEL, Sole
 from gaitopt.model.import_options import ImportOptions
@@ -26,6 +25,7 @@ from gaitopt.model.joint_tree import JointTree, joint_tree
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.model.legs.reference_posture import posture_doubts
+from gaitopt.model.linkage import Linkage
 from gaitopt.model.multibody import Multibody, multibody
 from gaitopt.model.sizes import size_doubts
 from gaitopt.nlp import Array

@@ -7,7 +7,7 @@ from numerics import check_jacobian
 from test_linkages import ANKLE, PLACES, POSTURES, example
 
 from gaitopt.actuators.linkages import motor_angles
-from gaitopt.model.closure import Closure, Linkage, first_fault, motor_series
+from gaitopt.model.linkage import Closure, Linkage, first_fault, motor_series
 
 RANGE = 0.4  # rad
 

@@ -20,7 +20,7 @@ from gaitopt.gait.motor_space import MotorSpace, driven_joints
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record, task_record
-from gaitopt.model.closure import Linkage
+from gaitopt.model.linkage import Linkage
 
 RODS = read_linkages(Path(__file__).parents[2] / "examples" / "linkages.toml")
 RATES = (

@@ -284,6 +284,22 @@ def test_loops_of_other_shapes_are_followed_by_newton():
     assert again.linkages == robot.linkages
 
 
+def test_unequal_ranges_of_cranks_are_told():
+    """Mirrored ranges are equal, whichever way the axes of the cranks point."""
+
+    def told(*limits, **of_joint):
+        edit = at(".//joint[@name='left_inner_motor']", **of_joint)
+        choices = ImportOptions(limits=limits)
+        robot = Robot.from_urdf(edited(parallel_ankles(), edit), choices=choices)
+        return [f.text for f in robot.findings if f.topic == "loops" and f.how == "warning"]
+
+    assert told() == []
+    (text,) = told(range="-0.5 1.2")
+    assert "turns from -1.2 to 1.2, 'left_inner_motor' of the other leg from -0.5 to 1.2" in text
+    as_advised = LimitOverride("right_inner_motor", lower=-0.5, upper=1.2)
+    assert told(as_advised, range="-0.5 1.2") == []
+
+
 def motor_at_the_roll(root):
     for motor in root.findall("actuator/motor"):
         if "inner" in motor.get("joint"):

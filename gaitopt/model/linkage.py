@@ -1,6 +1,4 @@
-"""Motors that turn joints through loops of bodies, and loops of any shape as functions of joints.
-
-Newton's method and power series follow what has no closed form.
+"""Linkages: motors that turn joints in common; loops of any shape as functions of joints.
 
 All joints of a loop are lines in one frame, that of the body which carries them, where the joints
 of the leg are at 0. With q of these and u of all others, its ends stay together where
@@ -21,11 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitopt.model.power_series import ORDER, Series, cross_matrix, turned_about
 from gaitopt.nlp import Array
 
 Point = tuple[float, float, float]
 
-_ORDER = 3  # of the series
 _NEWTON = 12  # iterations from a neighbour; four are needed
 _RANK = 1e-7  # of the largest singular value: below it there is none
 _STEP = 0.05  # rad, between postures from which others are found
@@ -67,18 +65,6 @@ class Closure(NamedTuple):
             found.append(joint)
             joint = self.parents[joint]
         return found
-
-
-_POWERS = [(i, j) for i in range(_ORDER + 1) for j in range(_ORDER + 1 - i)]
-_PLACE = {power: k for k, power in enumerate(_POWERS)}
-_PRODUCTS = [
-    (a, b, _PLACE[p[0] + q[0], p[1] + q[1]])
-    for a, p in enumerate(_POWERS)
-    for b, q in enumerate(_POWERS)
-    if sum(p) + sum(q) <= _ORDER
-]
-_LEFT, _RIGHT = ([one[side] for one in _PRODUCTS] for side in (0, 1))
-_GATHER = np.array([[float(c == k) for _, _, c in _PRODUCTS] for k in range(len(_POWERS))])
 
 
 class Rod(NamedTuple):
@@ -124,83 +110,6 @@ class Linkage(NamedTuple):
     closure: Closure | None = None
 
 
-class Series:
-    """Power series in at most two variables up to the third order, of K postures at once.
-
-    Attributes:
-        terms: coefficients of x^i y^j in the order of `_POWERS`, shape (10, K).
-    """
-
-    def __init__(self, terms: Array) -> None:
-        self.terms = terms
-
-    @classmethod
-    def constant(cls, value: Array) -> Series:
-        """Return numbers (K,) that depend on nothing."""
-        terms = np.zeros((len(_POWERS), len(value)))
-        terms[0] = value
-        return cls(terms)
-
-    @classmethod
-    def variable(cls, number: int, value: Array) -> Series:
-        """Return one of the variables at some values (K,)."""
-        found = cls.constant(value)
-        found.terms[_PLACE[(1, 0) if number == 0 else (0, 1)]] = 1.0
-        return found
-
-    def __add__(self, other: Series | float) -> Series:
-        if isinstance(other, Series):
-            return Series(self.terms + other.terms)
-        terms = self.terms.copy()
-        terms[0] += other
-        return Series(terms)
-
-    def __mul__(self, other: Series | float) -> Series:
-        if not isinstance(other, Series):
-            return Series(self.terms * other)
-        return Series(_GATHER @ (self.terms[_LEFT] * other.terms[_RIGHT]))
-
-    def through(self, *derivatives: Array) -> Series:
-        """Return f of it, given f and its first three derivatives at its value, (K,) each."""
-        moved = Series(self.terms.copy())
-        moved.terms[0] = 0.0
-        found, power = Series.constant(derivatives[0]), moved
-        for order, one in enumerate(derivatives[1:], 1):
-            found = found + Series(power.terms * (one / math.factorial(order)))
-            power = power * moved
-        return found
-
-    @property
-    def value(self) -> Array:
-        """The numbers themselves, (K,)."""
-        return np.asarray(self.terms[0])
-
-    def at(self, variables: tuple[int, ...]) -> Array:
-        """Return the derivative in some variables, (K,)."""
-        i, j = variables.count(0), variables.count(1)
-        return np.asarray(self.terms[_PLACE[i, j]] * math.factorial(i) * math.factorial(j))
-
-
-def dot(point: list[Series], direction: Array) -> Series:
-    """Return the component of a point along a direction (3,)."""
-    x, y, z = (one * float(d) for one, d in zip(point, direction, strict=True))
-    return x + y + z
-
-
-def turned_about(point: list[Series], axis: Array, angle: Series) -> list[Series]:
-    """Return a point turned about an axis of unit length, shape (3,) (Rodrigues)."""
-    a = angle.value
-    sine = angle.through(np.sin(a), np.cos(a), -np.sin(a), -np.cos(a))
-    versine = angle.through(1.0 - np.cos(a), np.sin(a), np.cos(a), -np.sin(a))
-    x, y, z = axis
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    once, twice = across, across @ across
-    return [
-        own + dot(point, once[k]) * sine + dot(point, twice[k]) * versine
-        for k, own in enumerate(point)
-    ]
-
-
 def _gap(closure: Closure, values: Array) -> tuple[Array, Array]:
     """Return how far ends are apart at K postures, (K, r), and the derivative (K, r, n)."""
     count = len(values)
@@ -214,8 +123,7 @@ def _gap(closure: Closure, values: Array) -> tuple[Array, Array]:
         if closure.slides[k]:
             moved.append((R, t + lines[k][0] * values[:, k, None]))
             continue
-        x, y, z = axis
-        across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        across = cross_matrix(axis)
         sine, versine = np.sin(values[:, k]), 1.0 - np.cos(values[:, k])
         own = np.eye(3) + sine[:, None, None] * across + versine[:, None, None] * across @ across
         moved.append((R @ own, t + (R @ (point - own @ point)[..., None])[..., 0]))
@@ -336,7 +244,7 @@ def motor_series(closure: Closure, q: Array) -> list[Series]:
     u, _, J = _closed(closure, values, table.u[tuple(near[::-1])])
     inverse = np.linalg.pinv(J[:, :, m:], rcond=_RANK)
     joints = [*inside, *(Series.constant(u[:, k]) for k in range(u.shape[1]))]
-    for _ in range(_ORDER):
+    for _ in range(ORDER):
         gaps = np.stack([one.terms for one in _gap_series(closure, joints)])
         gaps[:, 0] = 0.0
         steps = np.einsum("kpr,rtk->ptk", inverse, gaps)
