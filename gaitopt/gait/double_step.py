@@ -50,7 +50,14 @@ from gaitopt.gait.parameters import (
     identity_chart,
 )
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.spline import SplineBasis, TwoSplines, bernstein, spline_basis, two_splines
+from gaitopt.gait.spline import (
+    Basis,
+    SplineInX,
+    bernstein,
+    on_coefficients,
+    spline_basis,
+    two_splines,
+)
 from gaitopt.gait.step import (
     DoubleSupportDerivatives,
     DoubleSupportPart,
@@ -62,11 +69,7 @@ from gaitopt.gait.step import (
     completed,
     foot_turn_rows,
 )
-from gaitopt.gait.step_hessian import (
-    foot_duration_hessian,
-    local_gradient,
-    local_hessian,
-)
+from gaitopt.gait.step_hessian import local_gradient, local_hessian
 from gaitopt.gait.step_model import Opening, after_each, before_each, opened, start_in_x
 from gaitopt.mechanics.closed_chain import (
     FREE,
@@ -132,7 +135,7 @@ class DoubleStepModel:
         self.swing_basis = spline_basis(early, single)
         self.striking = self.schedule.striking
 
-        def stance(instants: Array, after: NDArray[np.bool_]) -> SplineBasis | TwoSplines:
+        def stance(instants: Array, after: NDArray[np.bool_]) -> Basis:
             if self.striking:
                 return two_splines(early, late, instants, after)
             return spline_basis(np.concatenate([early, late[1:]]), instants)
@@ -143,8 +146,8 @@ class DoubleStepModel:
         )
         self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
         self._h = int(self.hinge is not None)
-        lasts = layout.index("duration")  # in x, if it is free
-        self._lasts = None if lasts is None else int(np.argmax(self.chart.matrix[lasts]))
+        lasts = layout.index("duration")
+        self._lasts = None if lasts is None else self.chart.matrix[lasts]  # None: it is fixed
         m = self._h + layout.joints
         # joints that are free: the stance leg's and those in no chain; with the hinge before them
         n = layout.joints
@@ -190,38 +193,24 @@ class DoubleStepModel:
         turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
         return np.asarray((turn.basis.at(T) @ turn.coefficients @ x[self.layout.turn]).T[..., None])
 
+    def _hinge_in_x(self, x: Array, T: float, instants: Array | None = None) -> SplineInX | None:
+        """Its spline in x; None where no foot turns."""
+        if self.foot_turn is None:
+            return None
+        turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
+        own = self.layout.turn
+        return ShapedTurn(turn, x[own], self.chart.matrix[own]).spline(T, self._lasts)
+
     def _hinge_jacobian(self, x: Array, T: float, instants: Array | None = None) -> Array:
         """Its derivatives in x, (N, 3, h, P)."""
-        P = self._size
-        if self.foot_turn is None:
-            count = self.grid.count if instants is None else instants.size
-            return np.zeros((count, 3, 0, P))
-        turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
-        found = (turn.basis.at(T) @ turn.coefficients @ self.chart.matrix[self.layout.turn])[
-            :, :, None
-        ]
-        if self._lasts is not None:
-            shape = x[self.layout.turn]
-            found[:, :, 0, self._lasts] += turn.basis.at(T, 1) @ turn.coefficients @ shape
-        return np.asarray(found)
+        spline = self._hinge_in_x(x, T, instants)
+        if spline is not None:
+            return spline.motion()
+        return np.zeros((self.grid.count if instants is None else instants.size, 3, 0, self._size))
 
-    def _moved(
-        self, basis: SplineBasis | TwoSplines, along: Array, T: float, coefficients: Array
-    ) -> Array:
-        """Derivatives of (q, dq, ddq) of a leg at the instants, (N, 3, 6, P).
-
-        Args:
-            basis: of its spline.
-            along: derivatives of its coefficients, (K, 6, P).
-            T: duration of the step [s].
-            coefficients: of its spline, (K, 6).
-        """
-        matrix, width = basis.at(T), along.shape[0]
-        found = matrix.reshape(-1, width) @ along.reshape(width, -1)
-        found = found.reshape(*matrix.shape[:2], *along.shape[1:])
-        if self._lasts is not None:
-            found[..., self._lasts] += basis.at(T, 1) @ coefficients
-        return np.asarray(found)
+    def _leg_in_x(self, basis: Basis, T: float, coefficients: Array, along: Array) -> SplineInX:
+        """Splines of a leg in x; arguments as of `SplineInX`."""
+        return SplineInX(basis, T, coefficients, along, self._lasts)
 
     def splines(self, step: Step) -> dict[str, Array]:
         """Return the splines of all joints before and after touch-down, the front wrench (4, 6).
@@ -497,7 +486,7 @@ class DoubleStepModel:
             ends = [q_end[own], rate_start[own], rate_end]
             stance = np.concatenate([q_start[None, own], knots[:, own], late, ends])
         turned, whole = self._hinge_jacobian(step.x, T, self._touching), step.coefficients
-        moved = self._moved(self._at_touch, stance, T, whole)
+        moved = self._leg_in_x(self._at_touch, T, whole, stance).motion()
         touchdown = self._with_hinge(moved, turned, geometry)
         at_touch = double.touchdown.jacobian[0] @ touchdown[0]
         q_touch = at_touch[self._angles]
@@ -513,8 +502,9 @@ class DoubleStepModel:
         if self.striking:
             stance[: len(early)] = early[:, self.free]
         swing = early[:, TIED]
-        turned, free = self._hinge_jacobian(step.x, T), self._moved(self.basis, stance, T, whole)
-        tied = self._moved(self.swing_basis, swing, T, double.swing)
+        turned = self._hinge_jacobian(step.x, T)
+        free = self._leg_in_x(self.basis, T, whole, stance).motion()
+        tied = self._leg_in_x(self.swing_basis, T, double.swing, swing).motion()
         legs, others = free[:, :, FREE], free[:, :, FREE.stop :]
         motion = np.concatenate([turned, legs, tied, others], axis=2)
         motion = motion.reshape(self.grid.count, 3 * (h + n), P)
@@ -618,8 +608,8 @@ class DoubleStepModel:
         free, single = felt[:, :, self._driven], felt[:, :, self._swing]
         free[self.both] = self._closing(double.motion, gradient[self.both], at.closed, H)
         on_stance = self._on_stance(step, at, self.basis, free, None, H)
-        on_swing = np.einsum("nok,noj->kj", self.swing_basis.at(T), single)
-        self._in_time(self.swing_basis, T, single, double.swing, at.swing, H)
+        on_swing = on_coefficients(self.swing_basis, T, single)
+        H += self._leg_in_x(self.swing_basis, T, double.swing, at.swing).hessian(single)
         k = self.layout.postures
         ends = np.zeros((1, 3 * m))
         on_early = on_swing
@@ -690,7 +680,7 @@ class DoubleStepModel:
         self,
         step: Step,
         at: DoubleSupportDerivatives,
-        basis: SplineBasis | TwoSplines,
+        basis: Basis,
         weights: Array,
         instants: Array | None,
         H: Array,
@@ -704,40 +694,13 @@ class DoubleStepModel:
             instants: as shares of the step; None: those of the grid.
             H: Hessian in x, shape (P, P).
         """
-        T, h, turn = step.duration, self._h, self.foot_turn
-        self._in_time(basis, T, weights[:, :, h:], step.coefficients, at.stance, H)
-        if turn is not None and self._lasts is not None:
-            turn = turn if instants is None else replace(turn, instants=instants)
-            own, lasts = self.layout.turn, np.eye(self._size)[self._lasts]
-            shaped = ShapedTurn(turn, step.x[own], self.chart.matrix[own])
-            H += foot_duration_hessian(shaped, weights[:, :, 0], T, lasts)
-        return np.asarray(np.einsum("nok,noj->kj", basis.at(T), weights[:, :, h:]))
-
-    def _in_time(
-        self,
-        basis: SplineBasis | TwoSplines,
-        T: float,
-        weights: Array,
-        coefficients: Array,
-        along: Array,
-        H: Array,
-    ) -> None:
-        """Add to H what the duration bends of weights . motion, if it is free.
-
-        Args:
-            basis: of a spline.
-            T: duration of the step [s].
-            weights: of the motion, shape (N, 3, 6).
-            coefficients, along: of the spline (K, 6), and their derivatives (K, 6, P).
-            H: Hessian in x, shape (P, P).
-        """
-        if self._lasts is None:
-            return
-        first, second = (np.einsum("nok,noj->kj", basis.at(T, order), weights) for order in (1, 2))
-        row = np.einsum("kj,kjp->p", first, along)
-        H[self._lasts] += row
-        H[:, self._lasts] += row
-        H[self._lasts, self._lasts] += float(np.sum(second * coefficients))
+        T, h = step.duration, self._h
+        turned = self._hinge_in_x(step.x, T, instants)
+        if turned is not None:
+            H += turned.hessian(weights[:, :, :h])
+        own = weights[:, :, h:]
+        H += self._leg_in_x(basis, T, step.coefficients, at.stance).hessian(own)
+        return on_coefficients(basis, T, own)
 
     def _impact_hessian(
         self,

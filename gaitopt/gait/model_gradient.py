@@ -220,9 +220,9 @@ def _of_duration(
     first: dict[Quantity, Array],
 ) -> float:
     """Derivative in the duration T of the step."""
-    T, width = step.duration, step.coefficients.shape[0]
-    stretched = model.basis.at(T, 1).reshape(-1, width) @ step.coefficients
-    found = float(np.sum(back.by_sample * stretched)) + float(first[quantities.TRAVEL][0, 1])
+    T, joints = step.duration, back.by_order[:, :, step.hinges :]
+    found = float(np.sum(joints * (model.basis.at(T, 1) @ step.coefficients)))
+    found += float(first[quantities.TRAVEL][0, 1])
     for number, one in enumerate(derivatives.turns):
         moved = one.turn.basis.at(T, 1) @ (one.turn.coefficients @ one.shape)
         found += float(np.sum(back.by_order[:, :, number] * moved))

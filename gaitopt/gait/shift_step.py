@@ -20,12 +20,11 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import AFTER, Schedule
-from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, FORCE_SCALE, KNOT_SCALE, MOMENT_SCALE, Chart, Layout
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.spline import JumpingSpline, SplineBasis, bernstein, spline_basis
+from gaitopt.gait.spline import SplineBasis, SplineInX, bernstein, on_coefficients, spline_basis
 from gaitopt.gait.step import DoubleSupportPart, ShapedTurn, Step, StepDerivatives
 from gaitopt.gait.step_model import Course, Landing, Opening, StepModel
 from gaitopt.mechanics.closed_chain import (
@@ -243,18 +242,30 @@ class ShiftStepModel(StepModel):
         del turns  # the foot stands flat
         part = step.double
         assert isinstance(part, ShiftPart)
+        swing, free, _ = self._in_x(step, part, coefficients)
+        found = _by_instant(swing.motion())
+        found[self.both] = part.motion.jacobian @ _by_instant(free.motion())
+        return found
+
+    def _in_x(
+        self, step: Step, part: ShiftPart, coefficients: Array
+    ) -> tuple[SplineInX, SplineInX, SplineInX]:
+        """All joints' splines in the swing; the stance leg's before it, and as the foot leaves.
+
+        Args:
+            step, part: of the step.
+            coefficients: derivatives of the swing's, (K, n, P); none of the rates as it begins.
+        """
         T, s, n, lasts = step.duration, self.shift.share, self.layout.joints, self.along("duration")
-        free = self._free_jacobian(coefficients)
-        along = self._along(self._leaving, T, free, part.free)
-        coefficients = coefficients.copy()
-        coefficients[-2] = (part.liftoff.jacobian[0] @ along[0])[n : 2 * n]
-        moved = np.einsum("nok,kjp->nojp", self.basis.at((1.0 - s) * T), coefficients)
-        if lasts is not None:
-            stretched = (1.0 - s) * self.basis.at((1.0 - s) * T, 1) @ step.coefficients
-            moved += stretched[..., None] * lasts
-        found = moved.reshape(self.grid.count, 3 * n, -1)
-        found[self.both] = part.motion.jacobian @ self._along(self._free, T, free, part.free)
-        return np.asarray(found)
+        along = self._free_jacobian(coefficients)
+        free, leaving = (
+            SplineInX(basis, T, part.free, along, lasts) for basis in (self._free, self._leaving)
+        )
+        own = coefficients.copy()
+        own[-2] = (part.liftoff.jacobian[0] @ _by_instant(leaving.motion())[0])[n : 2 * n]
+        swings = None if lasts is None else (1.0 - s) * lasts
+        swing = SplineInX(self.basis, self.swing_duration(step), step.coefficients, own, swings)
+        return swing, free, leaving
 
     def _free_jacobian(self, coefficients: Array) -> Array:
         """Derivatives of the stance leg's coefficients, (K, 6, P), from those of the swing."""
@@ -265,51 +276,26 @@ class ShiftStepModel(StepModel):
         free[3:-2], free[-1] = coefficients[:-2, FREE], coefficients[-1, FREE]
         return free
 
-    def _along(self, basis: SplineBasis, T: float, free: Array, values: Array) -> Array:
-        """Derivatives of (u, du, ddu) at a basis' instants, (M, 18, P)."""
-        found = np.einsum("nok,kjp->nojp", basis.at(T), free)
-        lasts = self.along("duration")
-        if lasts is not None:
-            found += (basis.at(T, 1) @ values)[..., None] * lasts
-        return np.asarray(found.reshape(len(found), 3 * TWIST, -1))
-
     def _wrench_jacobian(self, size: int) -> Array:
         """Derivatives of the wrench on the other foot while both stand, (M, 6, P)."""
         first = self.shift.entries.start + TWIST
         points = np.eye(size)[first : first + 2 * TWIST].reshape(2, TWIST, size)
         return np.asarray(np.einsum("mb,bjp->mjp", self._shares[:, 1:3], points))
 
-    def chain(
-        self,
-        step: Step,
-        local: StepDerivatives,
-        q_start: Array,
-        q_end: Array,
-        after: Array,
-        before: Array,
-        turn_rate: float,
-        landing_angle: Array | None,
-        yaw_end: Array | None,
-    ) -> StepDerivatives:
-        """Return the derivatives of the step in x; as of `StepModel`."""
-        found = super().chain(
-            step, local, q_start, q_end, after, before, turn_rate, landing_angle, yaw_end
-        )
-        part, n, P = step.double, self.layout.joints, found.motion.shape[-1]
+    def _effort_jacobian(self, step: Step, effort: Array, motion: Array) -> Array:
+        found, part = super()._effort_jacobian(step, effort, motion), step.double
         assert isinstance(part, ShiftPart)
-        by_x, none = self._wrench_jacobian(P), np.zeros((0, P))
-        taken = taken_jacobian(
-            part.sole, part.motion, part.wrench, found.motion[self.both, :n], none, by_x
-        )
-        reads = dict(found.jacobians)
-        reads[quantities.WRENCH] = reads[quantities.WRENCH].copy()
-        reads[quantities.TORQUE] = reads[quantities.TORQUE].copy()
-        reads[quantities.WRENCH][self.both] -= taken[:, :TWIST]
-        reads[quantities.TORQUE][self.both] -= taken[:, TWIST:]
-        front = np.zeros((self.grid.count, TWIST, P))
-        front[self.both] = by_x
-        reads[quantities.FRONT_WRENCH] = front
-        return replace(found, jacobians=reads)
+        P = motion.shape[2]
+        found[self.both] -= taken_jacobian(
+            part.sole, part.motion, part.wrench, motion[self.both, : self.layout.joints],
+            np.zeros((0, P)), self._wrench_jacobian(P),
+        )  # fmt: skip
+        return found
+
+    def _front_jacobian(self, size: int) -> Array:
+        found = np.zeros((self.grid.count, TWIST, size))
+        found[self.both] = self._wrench_jacobian(size)
+        return found
 
     def on_coefficients(self, step: Step, by_order: Array) -> Array:
         """Weights of the coefficients after the foot has left, those of the shift included.
@@ -322,8 +308,8 @@ class ShiftStepModel(StepModel):
             Shape (k + 4, n); the rates as the foot leaves, which follow from the rest, have none.
         """
         on_swing, at_free, leaving = self._weights(step, by_order)
-        free = np.einsum("nok,noj->kj", self._free.at(step.duration), at_free)
-        free += np.einsum("nok,noj->kj", self._leaving.at(step.duration), leaving)
+        free = on_coefficients(self._free, step.duration, at_free)
+        free += on_coefficients(self._leaving, step.duration, leaving)
         on_swing[-2] = 0.0
         on_swing[:-2, FREE] += free[3:-2]
         on_swing[-1, FREE] += free[-1]
@@ -336,9 +322,8 @@ class ShiftStepModel(StepModel):
         """
         part, n = step.double, self.layout.joints
         assert isinstance(part, ShiftPart)
-        swings = self.swing_duration(step)
         alone = by_order * ~self.both[:, None, None]
-        on_swing = np.einsum("nok,noj->kj", self.basis.at(swings), alone)
+        on_swing = on_coefficients(self.basis, self.swing_duration(step), alone)
         flat = by_order[self.both].reshape(-1, 1, 3 * n)
         at_free = (flat @ part.motion.jacobian).reshape(-1, 3, TWIST)
         rates = np.zeros((1, 1, 3 * n))
@@ -373,55 +358,22 @@ class ShiftStepModel(StepModel):
         assert isinstance(part, ShiftPart)
         H = np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
         H += self._taken(step, motion, motion.shape[-1], effort)[1]
-        T, s = step.duration, self.shift.share
-        on_swing, at_free, leaving = self._weights(step, by_order)
-        free = self._free_jacobian(derivatives.coefficients)
+        on_swing, at_free, at_leaving = self._weights(step, by_order)
+        swing, free, leaving = self._in_x(step, part, derivatives.coefficients)
         flat = by_order[self.both].reshape(-1, 3 * n)
-        along = self._along(self._free, T, free, part.free)
+        along = _by_instant(free.motion())
         H += np.tensordot(along, part.motion.hessian(flat) @ along, ((0, 1), (0, 1)))
         rates = np.zeros((1, 3 * n))
         rates[0, n : 2 * n] = on_swing[-2]
-        leaves = self._along(self._leaving, T, free, part.free)
+        leaves = _by_instant(leaving.motion())
         H += np.tensordot(leaves, part.liftoff.hessian(rates) @ leaves, ((0, 1), (0, 1)))
-        if self.along("duration") is None:
-            return np.asarray(H)
-        swing = derivatives.coefficients.copy()
-        swing[-2] = (part.liftoff.jacobian[0] @ leaves[0])[n : 2 * n]
-        alone = by_order * ~self.both[:, None, None]
-        for basis, scale, weights, values, jacobian in (
-            (self.basis, 1.0 - s, alone, step.coefficients, swing),
-            (self._free, 1.0, at_free, part.free, free),
-            (self._leaving, 1.0, leaving, part.free, free),
-        ):
-            self._in_time(basis, scale, T, weights, (values, jacobian), H)
-        return np.asarray(H)
+        H += swing.hessian(by_order * ~self.both[:, None, None])
+        return np.asarray(H + free.hessian(at_free) + leaving.hessian(at_leaving))
 
-    def _in_time(
-        self,
-        basis: SplineBasis | JumpingSpline,
-        scale: float,
-        T: float,
-        weights: Array,
-        spline: tuple[Array, Array],
-        H: Array,
-    ) -> None:
-        """Add to H what a free duration bends of weights . motion.
 
-        Args:
-            basis: of a spline, whose duration is `scale` times that of the step, T [s].
-            scale, T: likewise.
-            weights: of the motion, shape (M, 3, j).
-            spline: coefficients (K, j) and their derivatives (K, j, P).
-            H: Hessian in x, shape (P, P).
-        """
-        lasts, (values, jacobian) = self.along("duration"), spline
-        assert lasts is not None
-        first, second = (
-            scale**order * np.einsum("nok,noj->kj", basis.at(scale * T, order), weights)
-            for order in (1, 2)
-        )
-        both = np.outer(lasts, np.einsum("kj,kjp->p", first, jacobian))
-        H += both + both.T + float(np.sum(second * values)) * np.outer(lasts, lasts)
+def _by_instant(moved: Array) -> Array:
+    """Derivatives (N, 3, j, P) of a motion as those of one vector at each instant, (N, 3 j, P)."""
+    return moved.reshape(len(moved), -1, moved.shape[3])
 
 
 def _at_rest(q: Array) -> Array:

@@ -179,6 +179,59 @@ def spline_basis(knots: Array, instants: Array) -> SplineBasis:
     )
 
 
+Basis = SplineBasis | TwoSplines | JumpingSpline
+
+
+def on_coefficients(basis: Basis, duration: float, weights: Array, order: int = 0) -> Array:
+    """Return what weights of a motion (N, 3, j) weigh on its spline's coefficients, shape (K, j).
+
+    Args:
+        basis, duration, order: of the map from them, as of `SplineBasis.at`.
+        weights: of (q, dq, ddq) of j joints.
+    """
+    return np.asarray(np.tensordot(basis.at(duration, order), weights, ((0, 1), (0, 1))))
+
+
+@dataclass(frozen=True)
+class SplineInX:
+    """Splines of j joints whose coefficients, and perhaps their duration, depend on parameters x.
+
+    Attributes:
+        basis: of the splines.
+        duration: T [s].
+        coefficients: shape (K, j).
+        jacobian: their derivatives in x, shape (K, j, P).
+        lasts: derivatives of T in x, shape (P,); None where T is fixed.
+    """
+
+    basis: Basis
+    duration: float
+    coefficients: Array
+    jacobian: Array
+    lasts: Array | None
+
+    def motion(self) -> Array:
+        """Return the derivatives of (q, dq, ddq) in x, shape (N, 3, j, P)."""
+        found = np.tensordot(self.basis.at(self.duration), self.jacobian, 1)
+        if self.lasts is not None:
+            stretched = self.basis.at(self.duration, 1) @ self.coefficients
+            for column in np.flatnonzero(self.lasts):
+                found[..., column] += self.lasts[column] * stretched
+        return np.asarray(found)
+
+    def hessian(self, weights: Array) -> Array:
+        """Return the Hessian in x of weights (N, 3, j) . motion, coefficients linear, (P, P)."""
+        P = self.jacobian.shape[2]
+        if self.lasts is None:
+            return np.zeros((P, P))
+        first, second = (
+            on_coefficients(self.basis, self.duration, weights, order) for order in (1, 2)
+        )
+        H = np.outer(self.lasts, first.ravel() @ self.jacobian.reshape(-1, P))
+        twice = float(np.sum(second * self.coefficients))
+        return np.asarray(H + H.T + twice * np.outer(self.lasts, self.lasts))
+
+
 def bernstein(share: Array) -> Array:
     """Return the cubic Bernstein polynomials at shares of an interval, shape (N, 4)."""
     s, r = share[:, None], 1.0 - share[:, None]

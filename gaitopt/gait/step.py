@@ -21,6 +21,7 @@ from gaitopt.gait.double_support import Posture, PostureDerivatives
 from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.spline import SplineInX
 from gaitopt.mechanics.body_pairs import arm_pairs, leg_pairs
 from gaitopt.mechanics.capsule_distance import CapsuleGaps
 from gaitopt.mechanics.closed_chain import ClosedMotion
@@ -290,6 +291,12 @@ class ShapedTurn:
     turn: FootTurn
     shape: Array
     jacobian: Array
+
+    def spline(self, duration: float, lasts: Array | None) -> SplineInX:
+        """Return its spline, of one joint; arguments as of `SplineInX`."""
+        linear = self.turn.coefficients
+        values, jacobian = (linear @ self.shape)[:, None], (linear @ self.jacobian)[:, None]
+        return SplineInX(self.turn.basis, duration, values, jacobian, lasts)
 
 
 def foot_turn_rows(turned: Array) -> Array:

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.gait import quantities
-from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.shift_step import ShiftStepModel
-from gaitopt.gait.step import Period, ShapedTurn, Step, StepDerivatives
+from gaitopt.gait.spline import SplineInX, on_coefficients
+from gaitopt.gait.step import Period, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.impact import WeightedImpact
@@ -110,12 +110,6 @@ class StepAdjoint:
     impact: WeightedImpact
     after_flat: Array
 
-    @property
-    def by_sample(self) -> Array:
-        """Of the joints alone, instant after instant, shape (3 N, n)."""
-        joints = len(self.q_start)
-        return self.by_order[:, :, -joints:].reshape(-1, joints)
-
 
 def step_adjoint(
     model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
@@ -147,12 +141,12 @@ def cycle_adjoint(
         for k, one in enumerate(each)
     ]
     found = []
-    for k, (effort, by_order, on_coefficients, _) in enumerate(gradients):
-        q_start = on_coefficients[0]
+    for k, (effort, by_order, on_joints, _) in enumerate(gradients):
+        q_start = on_joints[0]
         if k or repeats:
             at_end = maps[(k - 1) % count][-3] + ends[(k - 1) % count][0]
             q_start = q_start + models[k].exchange.T @ at_end
-        found.append(StepAdjoint(effort, by_order, q_start, ends[k][1], on_coefficients[-4]))
+        found.append(StepAdjoint(effort, by_order, q_start, ends[k][1], on_joints[-4]))
     return found
 
 
@@ -168,10 +162,8 @@ def _step_gradient(
     if isinstance(model, ShiftStepModel):
         by_order[model.both, 0] += model.front_gradient(step, derivatives, effort)
         return effort, by_order, model.on_coefficients(step, by_order), []
-    by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
-    width = step.coefficients.shape[0]
-    on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
-    return effort, by_order, on_coefficients, _turn_weights(step, derivatives, by_order)
+    on_joints = on_coefficients(model.basis, step.duration, by_order[:, :, step.hinges :])
+    return effort, by_order, on_joints, _turn_weights(step, derivatives, by_order)
 
 
 def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]) -> Array:
@@ -249,9 +241,11 @@ def _own_hessian(
     H += boundary.T @ posture[np.ix_(columns, columns)] @ boundary
     lasts = model.along("duration")
     if lasts is not None and not shifts:
-        H += _duration_hessian(model, step, derivatives, back.by_sample, lasts)
+        T, h = step.duration, step.hinges
+        spline = SplineInX(model.basis, T, step.coefficients, derivatives.coefficients, lasts)
+        H += spline.hessian(back.by_order[:, :, h:])
         for number, one in enumerate(derivatives.turns):
-            H += foot_duration_hessian(one, back.by_order[:, :, number], step.duration, lasts)
+            H += one.spline(T, lasts).hessian(back.by_order[:, :, number : number + 1])
     return H
 
 
@@ -296,17 +290,6 @@ def _turn_weights(step: Step, derivatives: StepDerivatives, by_order: Array) -> 
         @ one.turn.coefficients
         for number, one in enumerate(derivatives.turns)
     ]
-
-
-def foot_duration_hessian(
-    turned: ShapedTurn, gradient: Array, duration: float, lasts: Array
-) -> Array:
-    """Terms of a turn of the foot (its gradient (N, 3)) as it depends on the step duration T."""
-    turn, basis = turned.turn, turned.turn.basis
-    first = np.tensordot(gradient, basis.at(duration, 1), 2) @ turn.coefficients
-    second = np.tensordot(gradient, basis.at(duration, 2), 2) @ turn.coefficients
-    H = np.outer(lasts, first @ turned.jacobian)
-    return H + H.T + float(second @ turned.shape) * np.outer(lasts, lasts)
 
 
 def local_gradient(
@@ -412,14 +395,3 @@ def _impact_vjp(
         None if turn is None else turn.twist,
     )  # fmt: skip
     return derivatives.impact.posture.T @ after, impact
-
-
-def _duration_hessian(
-    model: StepModel, step: Step, derivatives: StepDerivatives, by_sample: Array, lasts: Array
-) -> Array:
-    """Terms of the spline map's dependence on the step duration T."""
-    width, T = step.coefficients.shape[0], step.geometry[DURATION]
-    first = model.basis.at(T, 1).reshape(-1, width).T @ by_sample
-    second = model.basis.at(T, 2).reshape(-1, width).T @ by_sample
-    H = np.outer(lasts, first.ravel() @ derivatives.coefficients.reshape(first.size, -1))
-    return H + H.T + float(np.sum(second * step.coefficients)) * np.outer(lasts, lasts)

@@ -31,7 +31,12 @@ from gaitopt.gait.foot_turn import FootTurn, foot_turn, landing_turn
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, Chart, Layout, identity_chart
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.spline import JumpingSpline, SplineBasis, jumping_spline, spline_basis
+from gaitopt.gait.spline import (
+    Basis,
+    SplineInX,
+    jumping_spline,
+    spline_basis,
+)
 from gaitopt.gait.step import (
     PostureQuantities,
     ShapedTurn,
@@ -89,7 +94,7 @@ class StepModel:
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
         knots = self.schedule.knots(layout.postures)
-        self.basis: SplineBasis | JumpingSpline = spline_basis(knots, grid.instants)
+        self.basis: Basis = spline_basis(knots, grid.instants)
         one, last = self.schedule.first.contact, self.schedule.last.contact
         self.line, self.hinge = one.hinge(robot.sole), last.hinge(robot.sole)
         self.landing_turn = (
@@ -374,7 +379,7 @@ class StepModel:
             rate = self.along(name)
             if rate is not None:
                 travel[0, row] = rate
-        effort = support.effort @ motion
+        effort = self._effort_jacobian(step, support.effort, motion)
         h, m = step.hinges, step.hinges + n
         angles = motion[:, :m]
         corners = support.corners.reshape(len(motion), -1, m) @ angles
@@ -393,7 +398,7 @@ class StepModel:
             quantities.GAPS: posture.gaps[:, :, own] @ boundary,
             quantities.TRAVEL: travel,
             quantities.FOOT_TURN: foot_turn_rows(hinges),
-            quantities.FRONT_WRENCH: np.zeros((len(motion), 0, matrix.shape[1])),
+            quantities.FRONT_WRENCH: self._front_jacobian(matrix.shape[1]),
             quantities.PEAK: np.tile(matrix[self.layout.largest], (len(motion), 1, 1)),
             quantities.REAR_IMPULSE: of_flat[None],
             quantities.ADVANCE: np.zeros((1, 0, matrix.shape[1])),
@@ -447,26 +452,20 @@ class StepModel:
         self, step: Step, coefficients: Array, turns: tuple[ShapedTurn, ...]
     ) -> Array:
         """Derivatives of (q, dq, ddq), the foot's turns in front of each, (N, 3 (h + n), P)."""
-        count, width = self.grid.count, coefficients.shape[0]
-        basis = self.basis.at(step.duration).reshape(3 * count, width)
-        jacobian = basis @ coefficients.reshape(width, -1)
-        jacobian = jacobian.reshape(count, 3 * self.layout.joints, -1)
-        lasts = self.along("duration")
-        if lasts is not None:
-            stretched = self.basis.at(step.duration, 1) @ step.coefficients
-            for column in np.flatnonzero(lasts):
-                jacobian[:, :, column] += lasts[column] * stretched.reshape(count, -1)
-        if not turns:
-            return jacobian
-        foot = np.zeros((count, 3, len(turns), jacobian.shape[2]))
-        for number, one in enumerate(turns):
-            linear, spline = one.turn.coefficients, one.turn.basis
-            foot[:, :, number] = spline.at(step.duration) @ (linear @ one.jacobian)
-            if lasts is not None:
-                stretched = spline.at(step.duration, 1) @ (linear @ one.shape)
-                foot[:, :, number] += stretched[:, :, None] * lasts
-        joints = jacobian.reshape(count, 3, self.layout.joints, -1)
-        return np.concatenate([foot, joints], axis=2).reshape(count, -1, jacobian.shape[2])
+        T, lasts = step.duration, self.along("duration")
+        joints = SplineInX(self.basis, T, step.coefficients, coefficients, lasts).motion()
+        foot = [one.spline(T, lasts).motion() for one in turns]
+        whole = np.concatenate([*foot, joints], axis=2) if foot else joints
+        return whole.reshape(len(whole), -1, whole.shape[3])
+
+    def _effort_jacobian(self, step: Step, effort: Array, motion: Array) -> Array:
+        """Derivatives of wrench and torques in x, from those in the motion, (N, 6 + h + n, P)."""
+        del step
+        return np.asarray(effort @ motion)
+
+    def _front_jacobian(self, size: int) -> Array:
+        """Derivatives of the wrench on a second foot that stands in x, (N, 6, P); or none."""
+        return np.zeros((self.grid.count, 0, size))
 
 
 @dataclass(frozen=True)
