@@ -18,7 +18,7 @@ import numpy as np
 from gaitopt.actuators.motors import JointMotor, joint_motors
 from gaitopt.design.active_set import ACTIVE_MULTIPLIER
 from gaitopt.design.robot_changes import LENGTH, Anatomy, RobotChange
-from gaitopt.design.shadow_prices import SETTING, kinks, pressing, shadow_prices
+from gaitopt.design.shadow_prices import SETTING, kinks, pressed_rows, pressing, shadow_prices
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintContext
@@ -137,12 +137,7 @@ class Envelope:
         self._of_trunk = first[quantities.TRUNK]
         self.gaps_press = any(first[gaps].any() for gaps in quantities.BODY_GAPS)
         self.gradient: ModelGradient = model_gradient(problem.model, self.step, derivatives, first)
-        self._pressed = {
-            block.name: y.reshape(block.lower.shape)
-            for block in problem.blocks
-            if (y := multipliers[problem.rows_of(block.name)]).any()
-        }
-        self._edges: Array | None = None
+        self._pressed = pressed_rows(problem, multipliers)
 
     @property
     def cost(self) -> float:
@@ -162,19 +157,17 @@ class Envelope:
         rate += self._of_measures(change)
         return rate / self.problem.cost_scale
 
-    @property
+    @cached_property
     def edges(self) -> Array:
         """What rows that know the edges of the sole add: toe, heel, left, right, shape (4,)."""
-        if self._edges is None:
-            robot, task = self.problem.robot, self.problem.task
-            self._edges = np.array([
-                self._difference(
-                    (_with_edge(robot, edge, -_EDGE_STEP), task),
-                    (_with_edge(robot, edge, _EDGE_STEP), task), _SOLE,
-                ) / (2.0 * _EDGE_STEP)
-                for edge in ("toe", "heel", "left", "right")
-            ])  # fmt: skip
-        return self._edges
+        robot, task = self.problem.robot, self.problem.task
+        return np.array([
+            self._difference(
+                (_with_edge(robot, edge, -_EDGE_STEP), task),
+                (_with_edge(robot, edge, _EDGE_STEP), task), _SOLE,
+            ) / (2.0 * _EDGE_STEP)
+            for edge in ("toe", "heel", "left", "right")
+        ])  # fmt: skip
 
     def _of_measures(self, change: RobotChange) -> float:
         """What limits that follow from measures of the robot add: reach, knees, its mass."""

@@ -80,7 +80,7 @@ def shadow_prices(
 def _of_settings(
     problem: WalkProblem, whole: Step | Steps, multipliers: Array, bound_multipliers: Array
 ) -> Iterator[ShadowPrice]:
-    pressed = _pressed(problem, multipliers)
+    pressed = pressed_rows(problem, multipliers)
     for setting in limit_adjustments(problem):
         rate = _rate(problem, whole, pressed, setting) / problem.cost_scale
         if rate != 0.0:
@@ -117,7 +117,7 @@ def kinks(problem: WalkProblem, x: Array, multipliers: Array) -> Iterator[str]:
         x: its optimal parameters, shape (P,).
         multipliers: there, of the scaled rows (m,).
     """
-    whole, pressed = problem.whole(x), _pressed(problem, multipliers)
+    whole, pressed = problem.whole(x), pressed_rows(problem, multipliers)
     for setting in limit_adjustments(problem):
         if setting.name in problem.task.declared:
             sides = (1.0, -1.0)
@@ -126,8 +126,8 @@ def kinks(problem: WalkProblem, x: Array, multipliers: Array) -> Iterator[str]:
                 yield setting.words
 
 
-def _pressed(problem: WalkProblem, multipliers: Array) -> dict[str, Array]:
-    """Return the multipliers of rows that press, by the names of their constraints."""
+def pressed_rows(problem: WalkProblem, multipliers: Array) -> dict[str, Array]:
+    """Return the multipliers (K, r) of rows that press, by the names of their constraints."""
     held = np.where(np.abs(multipliers) > ACTIVE_MULTIPLIER, multipliers, 0.0)
     return {
         block.name: y.reshape(block.lower.shape)

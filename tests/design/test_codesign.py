@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from example_robots import needs_example_robots
+from one_motor import ONE_MOTOR
 
-from gaitopt.actuators.motors import motors_of
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.catalogue.parameters import PARAMETERS, changed
@@ -76,26 +76,7 @@ def test_the_outer_gradient_is_that_of_walks_solved_again(first):
         assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
 
 
-TABLE = motors_of(
-    """
-[motors.one]
-torque_constant = 0.1
-resistance = 0.1
-inertia = 1e-4
-peak_current = 60.0
-continuous_current = 20.0
-voltage = 48.0
-no_load_speed = 460.0
-mass = 0.6
-
-[[drives]]
-joints = "*"
-motor = "one"
-ratio = 10
-efficiency = 0.9
-friction = 0.5
-"""
-).apart("knee", ["right_knee", "left_knee", "right_ankle_roll"])
+TABLE = ONE_MOTOR.apart("knee", ["right_knee", "left_knee", "right_ankle_roll"])
 
 
 def geared(*variables, robot=robot, **task):

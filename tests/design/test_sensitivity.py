@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from changed_robots import changed as changed_robot
 from example_robots import needs_example_robots
+from one_motor import ONE_MOTOR
 
-from gaitopt.actuators.motors import motors_of as motors_of_text
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.catalogue.parameters import PARAMETERS, changed
@@ -154,43 +154,16 @@ def test_on_stairs_with_a_load(robot):
     assert found * 0.214 == pytest.approx(stairs.difference(foot, 1e-3), rel=1e-4)
 
 
-MOTORS = """
-[motors.one]
-torque_constant = 0.1
-resistance = 0.1
-inertia = 1e-4
-peak_current = 60.0
-continuous_current = 20.0
-voltage = 48.0
-no_load_speed = 460.0
-mass = 0.6
-
-[[drives]]
-joints = "*"
-motor = "one"
-ratio = {all}
-efficiency = 0.9
-friction = 0.5
-
-[[drives]]
-joints = "*knee*"
-motor = "one"
-ratio = {knee}
-efficiency = 0.9
-friction = 0.5
-"""
-
-
 def test_of_gear_ratios_with_envelopes_and_electrical_energy():
     def driven(knee):
-        table = motors_of_text(MOTORS.format(all=10.0, knee=knee))
-        limits = tuple(LimitOverride(d.joints, armature=d.armature) for d in table.drives)
+        table = ONE_MOTOR.apart("*knee*", ["right_knee", "left_knee"])
+        table = table.changed({"*knee*.ratio": knee})
         motors = table.at_joints
         task = preset_task(
             speed=0.8, duration=0.45, samples=25,
             cost=ElectricalEnergy(motors=motors), constraints=[MotorEnvelope(motors=motors)],
         )  # fmt: skip
-        robot = Robot.from_urdf(urdf_text(biped13()), choices=ImportOptions(limits=limits))
+        robot = Robot.from_urdf(urdf_text(biped13()), choices=ImportOptions(limits=table.rotors()))
         return {"robot": robot, "task": task}
 
     walk = Walk(**driven(12.0))

@@ -205,7 +205,6 @@ SCRIPT = """
     from reference_cases import biped
     from sweeps import QUICK, SPEEDS, quick_task
     from gaitopt.errors import InputError
-    from gaitopt.sweep.scenario import RobotSource
     from gaitopt.sweep.scheduler import sweep
     def fill(progress):
         if {limit}:
