@@ -8,7 +8,7 @@ constant, as of cables and differentials, or follows from the geometry of cranks
 
 with p the end of the rod on the link beyond the joints, and c the end of the crank. Angle of the
 crank and its derivatives up to the third, of which J and its first two are, are exact: truncated
-power series in the angles of the joints.
+power series in the angles of the joints. Loops of other shapes are followed by `model.linkage`.
 """
 
 from __future__ import annotations

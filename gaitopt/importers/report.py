@@ -22,8 +22,8 @@ class Finding:
     Attributes:
         topic: what it belongs to: "legs", "pairs", "heading", "sole", "limits", "symmetry",
             "posture", "armature", "damping", "joint friction", "springs", "gravity",
-            "gravity compensation", "mass", "inertia", "proportions", or "file" for what is odd in a
-            line of it.
+            "gravity compensation", "mass", "inertia", "proportions", "payload", "ties", "loops", or
+            "file" for what is odd in a line of it.
         subject: the joint, link or leg it is about.
         text: the fact with its numbers and units.
         how: how sure it is.

@@ -18,6 +18,7 @@ from gaitopt.model.feet.foot_shape import Points, box_points
 from gaitopt.model.import_options import CapsuleRow
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.leg_capsules import (
+    SHORT,
     BoundingCapsule,
     Capsule,
     CapsuleKey,
@@ -34,7 +35,6 @@ from gaitopt.nlp import Array
 _OF_TRUNK, _OF_LIMB = 6, 2  # capsules of a body at most
 _THICKER = 1.2  # times the radius of both halves: one capsule is too thick to take their place
 _THIN = 0.14  # of the leg's length: the radius of a capsule that is good enough
-_SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
 _ANYWHERE = np.zeros(3)
 
 
@@ -146,12 +146,11 @@ class _Images:
 
 def _named(body: int, name: str, shapes: list[BoundingCapsule], origin: str) -> list[Capsule]:
     """Return capsules with names; those of one body are numbered if there are several."""
-    found = []
-    for k, shape in enumerate(shapes):
-        (x, y, z), (u, v, w) = shape.start.tolist(), shape.end.tolist()
-        own = f"{name} ({k + 1})" if len(shapes) > 1 else name
-        found.append(Capsule(body, own, (x, y, z), (u, v, w), shape.radius, origin))
-    return found
+    several = len(shapes) > 1
+    return [
+        shape.of(body, f"{name} ({k + 1})" if several else name, origin)
+        for k, shape in enumerate(shapes)
+    ]
 
 
 def _bars(robot: Robot, body: int) -> Iterator[BoundingCapsule]:
@@ -159,7 +158,7 @@ def _bars(robot: Robot, body: int) -> Iterator[BoundingCapsule]:
     tree, model = robot.tree, robot.model
     for joint, parent in enumerate(tree.parents):
         end = model.jointPlacements[FIRST + joint].translation
-        if parent + 1 == body and np.linalg.norm(end) > _SHORT:
+        if parent + 1 == body and np.linalg.norm(end) > SHORT:
             yield BoundingCapsule(np.zeros(3), end.copy(), bar_radius(robot))
 
 

@@ -37,7 +37,7 @@ from gaitopt.model.legs.leg_detection import (
 )
 from gaitopt.model.legs.leg_geometry import missing_joints
 from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
-from gaitopt.model.legs.proportions import on_other_feet, proportioned
+from gaitopt.model.legs.proportions import change_feet, proportioned
 from gaitopt.model.legs.reference_posture import (
     reference_angles,
     reference_configuration,
@@ -295,7 +295,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         raise fault_error([*faults, *faults_of(error)]) from error
     resolved = _resolved(choices, model, pair, heading, soles, side)
     ankle = stance.height(soles.placements)
-    soles, shod = on_other_feet(straight, pair.legs, moving, soles, ankle, choices.proportions)
+    soles, shod = change_feet(straight, pair.legs, moving, soles, ankle, choices.proportions)
     if soles.added:
         _add_frames(model, pair.legs, soles)
     # after the proportions: a load does not grow with the link that carries it

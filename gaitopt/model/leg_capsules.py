@@ -26,9 +26,10 @@ from gaitopt.nlp import Array
 
 DEFAULT_RADIUS = 0.05
 """Radius of a body whose shape is unknown [m]."""
+SHORT = 1e-3
+"""A body without shapes between joints this near is part of its neighbours [m]."""
 
 _OF_SPACING = 0.42  # of the distance between the hips: the largest radius of such capsules
-_SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
 _INSIDE = 1.0 + 1e-9  # of a radius: rounding
 _TINY = 1e-9  # m: rounding
 _WIDER = 3.0  # times the least radius: where the side of a leg is nearly as flat as it is itself
@@ -131,9 +132,7 @@ def _capsules(key: CapsuleKey) -> tuple[Capsule, ...]:
     found: dict[int, Capsule] = {}
 
     def add(body: int, shape: BoundingCapsule, origin: str) -> None:
-        (x, y, z), (u, v, w) = shape.start.tolist(), shape.end.tolist()
-        name = link_of(robot, body)
-        found[body] = Capsule(body, name, (x, y, z), (u, v, w), shape.radius, origin)
+        found[body] = shape.of(body, link_of(robot, body), origin)
 
     for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
         missing = [body for body in bars if body not in found]
@@ -141,7 +140,7 @@ def _capsules(key: CapsuleKey) -> tuple[Capsule, ...]:
             points, (start, end) = Points.together(parts), bars[body]
             add(body, bounding_capsule(points, end - start, towards[body]), kind.name.lower())
     for body, (start, end) in bars.items():
-        if body not in found and np.linalg.norm(end - start) > _SHORT:
+        if body not in found and np.linalg.norm(end - start) > SHORT:
             add(body, BoundingCapsule(start, end, bar_radius(robot)), "joints")
     return tuple(found[body] for body in sorted(found))
 
@@ -221,6 +220,11 @@ class BoundingCapsule:
         """Volume [m³]."""
         length = float(np.linalg.norm(self.end - self.start))
         return np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius)
+
+    def of(self, body: int, name: str, source: str) -> Capsule:
+        """Return it as a capsule of a body, with a name and what it covers."""
+        (x, y, z), (u, v, w) = self.start.tolist(), self.end.tolist()
+        return Capsule(body, name, (x, y, z), (u, v, w), self.radius, source)
 
     def reach(self, direction: Array) -> float:
         """How far it reaches along a unit vector (3,) [m]."""

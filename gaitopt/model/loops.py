@@ -565,7 +565,8 @@ class _Mechanism:
             for motor, most in zip(self.turned, linkage.torque, strict=True)
         ]
         rates = "; ".join(", ".join(f"{n:.3g}" for n in row) for row in self.rates)
-        text = f"turned by {' and '.join(motors)} through cranks and rods, at rates {rates}"
+        through = "cranks and rods" if linkage.rods else "loops of bodies"
+        text = f"turned by {' and '.join(motors)} through {through}, at rates {rates}"
         bodies = {j for one in self.others for j in model.subtrees[one]}
         mass = sum(float(model.inertias[j].mass) for j in bodies)
         pin.forwardKinematics(model, data, self.q)

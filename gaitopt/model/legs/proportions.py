@@ -69,7 +69,7 @@ def proportioned(
     return model, findings
 
 
-def on_other_feet(
+def change_feet(
     straight: PosedModel,
     legs: LegJoints,
     moving: Sequence[int],
@@ -90,14 +90,16 @@ def on_other_feet(
     Raises:
         RobotError: next to nothing would be left of a foot.
     """
-    findings = []
+    findings, feet = [], [leg[-1] for leg in legs]
     for one in changes:
         if not one.longer or one.part not in (FOOT, ANKLE_HEIGHT):
             continue
         own = soles.sole.length if one.part == FOOT else ankle
         _refuse_little(one, own, one.longer, "m")
-        change = _stretched_feet if one.part == FOOT else _lowered_feet
-        soles = change(straight, [leg[-1] for leg in legs], moving, soles, one.longer)
+        if one.part == FOOT:
+            soles = _stretched_feet(straight, feet, moving, soles, one.longer)
+        else:
+            soles = _lowered_feet(straight.model, feet, soles, one.longer)
         findings.append(_finding(one.part, _told(own, one.longer, "m")))
     return soles, findings
 
@@ -115,11 +117,8 @@ def _stretched_feet(
     return replace(soles, sole=replace(soles.sole, toe=toe, heel=heel))
 
 
-def _lowered_feet(
-    straight: PosedModel, feet: Sequence[int], moving: Sequence[int], soles: Soles, longer: float
-) -> Soles:
-    del moving
-    model, places = straight.model, []
+def _lowered_feet(model: pin.Model, feet: Sequence[int], soles: Soles, longer: float) -> Soles:
+    places = []
     for foot, place in zip(feet, soles.placements, strict=True):
         down = -longer * place.rotation[:, 2]
         body = model.inertias[foot]
