@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from gaitopt.design.phase_times import SLOWER
 from gaitopt.design.pipeline import is_walk
-from gaitopt.design.starts import SLOWER
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import first_guess

@@ -28,7 +28,8 @@ cost of the thirteen-link biped changes by 1 to 2 % from one beginning to anothe
 FACTORS = (2.0, 1.4, 1.2)
 """By which the duration of a double support is multiplied or divided: it may be 1 ms or 100."""
 SLOWER = 0.75
-"""Of the speed: a walk at it leads to another optimum than the first guess, often a cheaper one."""
+"""Of the speed: a walk at it leads to another optimum than the first guess, often a cheaper one
+(measured). The second of many starts comes from there too."""
 TURNS = ("toe_off", "heel_strike")
 """Times of phases in which a foot turns; without them it stands flat."""
 _DIGITS = 4  # of a share, and of a time in seconds

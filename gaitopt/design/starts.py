@@ -18,7 +18,7 @@ import numpy as np
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.design.design import Design, checked_start, design, finished, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.design.phase_times import best_times, searched_times
+from gaitopt.design.phase_times import SLOWER, best_times, searched_times
 from gaitopt.design.pipeline import (
     attempt,
     complete,
@@ -40,7 +40,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
-SLOWER = 0.75  # of the speed: where the second start comes from; measured
 SECOND = 1  # number of the start that comes from there
 SAME_COST = 1e-4  # relative difference of costs that counts as none
 SAME_PLACE = 0.05  # largest difference of parameters over their scale

@@ -7,8 +7,9 @@ from liftoff_limits import watched_liftoff_limits
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.phase_times import SLOWER
 from gaitopt.design.pipeline import RELAXED_LIFTOFF
-from gaitopt.design.starts import SLOWER, Outcome, _distinct, design_gait, many_starts
+from gaitopt.design.starts import Outcome, _distinct, design_gait, many_starts
 from gaitopt.design.summary import motor_summaries, summarise
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
