@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.schedule import BOTH_FEET
@@ -27,6 +30,11 @@ def contact_words(contact: str) -> str:
     if contact == BOTH_FEET:
         return "beside the other"
     return contact if contact == FlatFoot.name else f"on the {contact}"
+
+
+def flat_contact(stands: NDArray[np.bool_]) -> str:
+    """Return the contact where these feet stand flat, shape (2,)."""
+    return BOTH_FEET if stands.all() else FlatFoot.name
 
 
 def contacts(gait: Gait | Transition) -> list[str]:

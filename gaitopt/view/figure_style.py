@@ -24,8 +24,11 @@ MEAN = "#CC79A7"
 LIMIT = "#B00020"
 GREY = "#8A8A8A"
 GROUND = "#B5B5B5"
+RULE = "#C8C8C8"
 INSIDE = "#F1F4F7"
 
+KINDS = ("png", "svg", "pdf")
+"""Forms in which figures are written."""
 _LONGEST = 40  # characters of a name
 _STYLE: Any = {
     "font.size": 9.0,
@@ -58,7 +61,7 @@ def kind_of(path: Path) -> str:
         InputError: it is none of them.
     """
     kind = path.suffix.removeprefix(".").lower()
-    if kind not in ("png", "svg", "pdf"):
+    if kind not in KINDS:
         raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
     return kind
 

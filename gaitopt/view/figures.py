@@ -44,8 +44,10 @@ from gaitopt.view.figure_parts import (
 )
 from gaitopt.view.figure_style import (
     INSIDE,
+    KINDS,
     LIMIT,
     MEAN,
+    RULE,
     SECOND,
     STANCE,
     SWING,
@@ -172,7 +174,7 @@ def _mark_phases(axes: Axes, gait: Gait) -> None:
             label=f"foot {_words(phase.contact)}",
         )  # fmt: skip
     for phase in gait.phases[1:]:
-        axes.axvline(phase.begin, color="#C8C8C8", linewidth=0.8, linestyle=":")
+        axes.axvline(phase.begin, color=RULE, linewidth=0.8, linestyle=":")
 
 
 def torque_figure(gait: Gait) -> Figure:
@@ -198,7 +200,7 @@ def _grid(gait: Gait, name: str, limits: Array | None, unit: str, title: str) ->
     figure, panels = joint_panels(len(joints), title, wide)
     for panel, (axes, stance) in enumerate(zip(panels, joints, strict=True)):
         both = [stance, partner(gait, stance)]
-        axes.axhline(0.0, color="#C8C8C8", linewidth=0.8)
+        axes.axhline(0.0, color=RULE, linewidth=0.8)
         for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False):
             at, later = getattr(own, name), words if gait.second is not None else ""
             axes.plot(own.time, at[:, both[0]], line, color=STANCE, label=f"stance leg{later}")
@@ -378,9 +380,11 @@ def write_figures(
         InputError: a format is unknown, or the directory cannot be written.
         RobotError: the gait's URDF cannot be drawn.
     """
-    unknown = set(formats) - {"png", "svg", "pdf"}
+    unknown = set(formats) - set(KINDS)
     if unknown:
-        raise InputError(f"figures cannot be written as {sorted(unknown)}; choose png, svg, pdf")
+        raise InputError(
+            f"figures cannot be written as {sorted(unknown)}; choose {', '.join(KINDS)}"
+        )
     folder = make_directory(Path(directory))
     written = []
     for name in _names(gait):

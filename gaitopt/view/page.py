@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
-from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.design.summary import payload_words, proof_rows, summarise
 from gaitopt.escape import filled_template, html_text
@@ -20,7 +19,7 @@ from gaitopt.gait.result import Gait, Recorded
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
-from gaitopt.view.contacts import contact_colour, contact_words, contacts
+from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.curves import curves
 from gaitopt.view.inspection import Section
 from gaitopt.view.inspection_page import table_text
@@ -270,8 +269,8 @@ def _phases(gait: Gait | Transition) -> Iterator[dict[str, object]]:
     names = gait.phase_names
     middle = trajectory.at(0.5 * (ends[1:] + ends[:-1]) * trajectory.period)
     for k, name in enumerate(names):
-        contact = BOTH_FEET if middle.contact[k].all() else FlatFoot.name
-        yield _phase(contact, (ends[k], ends[k + 1]), int(middle.standing[k]), name)
+        contact, foot = flat_contact(middle.contact[k]), int(middle.standing[k])
+        yield _phase(contact, (ends[k], ends[k + 1]), foot, name)
 
 
 def _phase(contact: str, shares: tuple[float, float], foot: int, words: str) -> dict[str, object]:

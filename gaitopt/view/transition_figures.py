@@ -9,14 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.design.summary import joint_groups, pair_name
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
-from gaitopt.view.contacts import contact_colour, contact_words
+from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.figure_parts import (
     SIDE,
     draw_ground,
@@ -29,6 +27,7 @@ from gaitopt.view.figure_parts import (
 )
 from gaitopt.view.figure_style import (
     LIMIT,
+    RULE,
     STANCE,
     SWING,
     TRUNK,
@@ -62,13 +61,13 @@ def walking_figure(transition: Transition) -> Figure:
     draw_ground(axes, sticks, SIDE, transition)
     for index, time in enumerate(whole):
         landing = np.abs(ends - time).min() < 1e-9
-        feet = tuple(np.flatnonzero(samples.contact[index]).tolist())
-        colour = contact_colour(BOTH_FEET if len(feet) > 1 else FlatFoot.name)
-        draw_sticks(axes, sticks, index, SIDE, 0.95 if landing else 0.35, (feet, colour))
+        stands = samples.contact[index]
+        standing = tuple(np.flatnonzero(stands).tolist()), contact_colour(flat_contact(stands))
+        draw_sticks(axes, sticks, index, SIDE, 0.95 if landing else 0.35, standing)
     label_axes(axes, "forward x [m]", "height z [m]")
     for name, colour in zip(_sides(transition), (STANCE, SWING), strict=True):
         axes.plot([], [], color=colour, label=name)
-    for contact in (FlatFoot.name, *([BOTH_FEET] if transition.rests else [])):
+    for contact in contacts(transition):
         words = name_on_figure(contact_words(contact))
         axes.plot([], [], color=contact_colour(contact), label=f"foot {words}")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
@@ -138,7 +137,7 @@ def _grid(transition: Transition, name: str, limits: Array | None, unit: str, ti
     groups = joint_groups(transition)
     figure, panels = joint_panels(len(groups), f"{_title(transition)}: {title}")
     for panel, (axes, group) in enumerate(zip(panels, groups, strict=True)):
-        axes.axhline(0.0, color="#C8C8C8", linewidth=0.8)
+        axes.axhline(0.0, color=RULE, linewidth=0.8)
         sides = _sides(transition) if len(group) > 1 else ("middle",)
         for joint, side, colour in zip(group, sides, (STANCE, SWING), strict=False):
             axes.plot(times, values[:, joint], color=colour, linewidth=1.2, label=side)
@@ -166,12 +165,12 @@ def _mark(axes: Axes, transition: Transition) -> None:
     ends = np.array([0.0, *trajectory.changes])
     contact = trajectory.at(0.5 * (ends[1:] + ends[:-1])).contact
     for begin, end, stands in zip(ends, ends[1:], contact, strict=False):
-        colour = contact_colour(BOTH_FEET if stands.all() else FlatFoot.name)
+        colour = contact_colour(flat_contact(stands))
         for foot in np.flatnonzero(stands):
             low, high = _BANDS[foot]
             axes.axvspan(begin, end, low, high, color=colour, linewidth=0)
     for time in (transition.begins, transition.begins + transition.duration):
-        axes.axvline(time, color="#C8C8C8", linewidth=0.8, linestyle=":")
+        axes.axvline(time, color=RULE, linewidth=0.8, linestyle=":")
 
 
 def _sides(transition: Transition) -> tuple[str, str]:
