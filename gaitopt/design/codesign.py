@@ -437,7 +437,9 @@ def with_proportions(
         values: of the same, those that differ.
     """
     found = {one.part: (one.longer, one.heavier) for one in robot.choices.proportions}
-    asked = dict(values)
+    asked, choices = dict(values), robot.choices
+    if any(not name.endswith("_mass") for name in asked):  # those kept have its lengths
+        choices = replace(choices, capsules=None, arm_capsules=None)
     if (leg := asked.pop(LEG, None)) is not None:
         asked |= {part: leg * own[part] / own[LEG] for part in (SHIN, THIGH)}
     for name, value in asked.items():
@@ -448,7 +450,7 @@ def with_proportions(
             (longer, heavier + more) if name.endswith("_mass") else (longer + more, heavier)
         )
     changes = (PartChange(part, *both) for part, both in found.items() if any(both))
-    return replace(robot.choices, proportions=tuple(changes))
+    return replace(choices, proportions=tuple(changes))
 
 
 def parts_of(spec: BipedSpec, name: str) -> list[tuple[str, float]]:

@@ -32,6 +32,7 @@ from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import cost_of_text
 from gaitopt.gait.presets import preset_task
 from gaitopt.model.import_options import PartChange
+from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 from gaitopt.solvers.hessian import damped_bfgs
@@ -168,6 +169,20 @@ def test_proportions_add_up_to_those_a_file_is_read_with():
     assert abs(parts.get("foot", (0.0, 0.0))[1]) < 1e-12
     again = own_values(Robot.from_urdf(plain.urdf, choices=found))
     assert again["leg"] == pytest.approx(0.682)
+
+
+def test_capsules_that_were_kept_are_of_the_lengths_they_were_found_at():
+    plain = Robot.from_urdf(urdf_text(biped13()))
+    kept = plain.choices.over(capsules=capsule_rows(plain))
+    recorded = Robot.from_urdf(plain.urdf, choices=kept)
+    own = own_values(recorded)
+    heavier = with_proportions(recorded, own, {"shin_mass": own["shin_mass"] + 0.1})
+    assert heavier.capsules == kept.capsules
+    longer, fresh = (
+        Robot.from_urdf(plain.urdf, choices=with_proportions(one, own, {"shin": 0.35}))
+        for one in (recorded, plain)
+    )
+    assert capsule_rows(longer) == capsule_rows(fresh) != kept.capsules
 
 
 @pytest.mark.parametrize("name", [n for n in DESIGN if not n.startswith("foot_l")])
