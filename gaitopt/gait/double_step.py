@@ -29,17 +29,12 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
     Displacement,
-    DoubleSupport,
-    InverseKinematicsSupport,
-    JointAngleSupport,
     Posture,
     PostureDerivatives,
     drive,
     landing_sole_chain,
     place,
-    refuse_undetermined,
 )
-from gaitopt.gait.foot_turn import FootTurn, foot_turn
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import (
     DURATION,
@@ -47,7 +42,6 @@ from gaitopt.gait.parameters import (
     STEP_LENGTH,
     Chart,
     Layout,
-    identity_chart,
 )
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import (
@@ -61,16 +55,14 @@ from gaitopt.gait.spline import (
 from gaitopt.gait.step import (
     DoubleSupportDerivatives,
     DoubleSupportPart,
-    PostureQuantities,
     ShapedTurn,
     Step,
     StepDerivatives,
     chained,
-    completed,
     foot_turn_rows,
 )
 from gaitopt.gait.step_hessian import local_gradient, local_hessian
-from gaitopt.gait.step_model import Opening, after_each, before_each, opened, start_in_x
+from gaitopt.gait.step_model import Opening, StepModelBase, after_each, before_each
 from gaitopt.mechanics.closed_chain import (
     FREE,
     TIED,
@@ -81,9 +73,8 @@ from gaitopt.mechanics.closed_chain import (
     taken_jacobian,
 )
 from gaitopt.mechanics.closed_impact import ClosedImpact
-from gaitopt.mechanics.hinged import standing_robot
-from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
-from gaitopt.mechanics.single_support import SingleSupport, SupportState
+from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState
+from gaitopt.mechanics.single_support import SupportState
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
@@ -91,10 +82,8 @@ from gaitopt.nlp import Array
 _END = np.array([1.0])
 
 
-class DoubleStepModel:
+class DoubleStepModel(StepModelBase):
     """Evaluates steps with a double support; every result is a pure function of x."""
-
-    line = landing_turn = None
 
     def __init__(
         self,
@@ -106,27 +95,19 @@ class DoubleStepModel:
         chart: Chart | None = None,
         before: Chart | None = None,
     ) -> None:
-        """Prepare what does not depend on x; arguments as of `StepModel`.
+        """Prepare what does not depend on x; arguments and errors as of `StepModelBase`.
 
         Raises:
             InputError: the swing leg does not follow from the stance leg.
         """
         refuse_open(robot)
-        if not layout.lifted:
-            refuse_undetermined(robot)
-        if (schedule or Schedule()).striking and not robot.tree.determined:
+        super().__init__(robot, layout, grid, optional, schedule, chart, before)
+        if self.schedule.striking and not robot.tree.determined:
             raise InputError(
                 "an impact that both feet take is for robots whose legs alone move; hold the other "
                 "joints (leave out --move), or take touch_down 'gentle'"
             )
-        self.robot, self.layout, self.grid = robot, layout, grid
-        self.chart = chart or identity_chart(layout.size)
-        self._before = before or self.chart
         self._size = self.chart.matrix.shape[1]  # of x
-        self.at_start = start_in_x(layout, self.chart, self._before)
-        self.schedule = schedule or Schedule()
-        self.exchange = self.schedule.symmetry.joint_map(robot)
-        self.hinge = self.schedule.last.contact.hinge(robot.sole)
         touch, changes = float(self.schedule.changes[-1]), self.schedule.changes
         self.touch, early = touch, shared_knots(np.array([0.0, *changes]), layout.postures)
         late = np.array([touch, 0.5 * (touch + 1.0), 1.0])
@@ -144,10 +125,8 @@ class DoubleStepModel:
         self._at_touch, self._at_late = (
             stance(late[:count], np.ones(count, dtype=np.bool_)) for count in (1, 3)
         )
-        self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
         self._h = int(self.hinge is not None)
-        lasts = layout.index("duration")
-        self._lasts = None if lasts is None else self.chart.matrix[lasts]  # None: it is fixed
+        self._lasts = self.along("duration")
         m = self._h + layout.joints
         # joints that are free: the stance leg's and those in no chain; with the hinge before them
         n = layout.joints
@@ -164,26 +143,9 @@ class DoubleStepModel:
         span = (1.0 - touch) * float(layout.fixed_values[DURATION])
         self._late = _by_accelerations(0.5 * span) if self.striking else _by_moves(span)
         self._touching = np.array([touch])
-        self.standing = standing_robot(robot, *self.schedule.contacts)
-        self._support = SingleSupport(self.standing, grid.count)
-        self._optional = PostureQuantities(robot, optional, self.standing)
         self._chain: tuple[Displacement, ...] = landing_sole_chain(layout.rise)
         self._drive = drive(self._chain)
-        rise, hinge = layout.rise, self.hinge
-        plain = rise == 0.0 and hinge is None
-        form = JointAngleSupport if layout.lifted else InverseKinematicsSupport
-        self._boundary = form if plain else form(robot, hinge, rise)
-        self._closed_chain = None if hinge is None else ClosedChain(robot, self.standing)
-
-    @property
-    def turns_foot(self) -> bool:
-        """Whether the rear foot turns about a line of its sole."""
-        return self.hinge is not None
-
-    def turns(self, z: Array, turn_rate: float) -> list[tuple[FootTurn, Array]]:
-        """Return the turn of the rear foot and what shapes it, if it turns; as of `StepModel`."""
-        del turn_rate
-        return [] if self.foot_turn is None else [(self.foot_turn, z[self.layout.turn])]
+        self._closed_chain = None if self.hinge is None else ClosedChain(robot, self.standing)
 
     def _hinge_motion(self, x: Array, T: float, instants: Array | None = None) -> Array:
         """Angle, rate and acceleration of the hinge, (3, N, h), at the grid's or other instants."""
@@ -267,18 +229,6 @@ class DoubleStepModel:
         return np.stack(rear, axis=1)
 
     @property
-    def boundary(self) -> DoubleSupport:
-        """The double support at the start."""
-        if isinstance(self._boundary, DoubleSupport):
-            return self._boundary
-        return cached_workspace(self.robot, self._boundary)
-
-    @property
-    def impact(self) -> Impact:
-        """The impact of the robot, which a step with a double support has not."""
-        return cached_workspace(self.robot, Impact)
-
-    @property
     def closed_impact(self) -> ClosedImpact:
         """The impact after which both feet stay."""
         return cached_workspace(self.robot, ClosedImpact)
@@ -289,10 +239,6 @@ class DoubleStepModel:
         if self._closed_chain is not None:
             return self._closed_chain
         return cached_workspace(self.robot, ClosedChain)
-
-    def opening(self, x: Array, posture: Posture | None = None) -> Opening:
-        """Return the double support at the start of the step; as of `StepModel`."""
-        return opened(self.layout, (self._before, self.chart), self.boundary, x, posture)
 
     def closing(self, opening: Opening, following: Opening) -> Closing:
         """Return the end of the step, at which the rear foot leaves.
@@ -321,7 +267,7 @@ class DoubleStepModel:
         parts = self._parts(opening, closing, before)
         support = self._support.state(*parts.motion)
         read = self._optional.values(self._optional.placed(parts.motion[0]))
-        return self._step(parts, support, read)
+        return self._step(opening, closing, parts, support, read)
 
     def course_derivatives(
         self, opening: Opening, closing: Closing, before: Closing, posture: PostureDerivatives
@@ -341,12 +287,7 @@ class DoubleStepModel:
         none = np.zeros((2 * TWIST + self.layout.joints, self.layout.joints))
         at_impact = ImpactDerivatives(none, none, np.eye(len(none)))
         local = StepDerivatives(posture, at_impact, at_support, optional)
-        return self._step(parts, support, read), local
-
-    def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
-        """Return those of the double support, and of q_start in x, shape (n, P)."""
-        found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
-        return found, found.q_start[:, own] @ self.at_start
+        return self._step(opening, closing, parts, support, read), local
 
     @property
     def geometry_in_x(self) -> Array:
@@ -356,12 +297,12 @@ class DoubleStepModel:
         return found
 
     def _parts(self, opening: Opening, closing: Closing, before: Closing) -> _Parts:
-        layout, x, geometry, posture = self.layout, opening.z, opening.geometry, opening.posture
+        layout, x = self.layout, opening.z
         q_end, sole, targets, liftoff = (
             closing.q_end, closing.sole, closing.targets, closing.liftoff,
         )  # fmt: skip
-        T, rate_end, h = float(geometry[DURATION]), x[layout.rates], self._h
-        q_start = posture.q_start
+        T, rate_end, h = float(opening.geometry[DURATION]), x[layout.rates], self._h
+        q_start = opening.posture.q_start
         rate_start = self.exchange @ before.liftoff.motion[1, 0, h:]
         knots = x[layout.knots].reshape(-1, layout.joints)
         own = self.free
@@ -397,40 +338,41 @@ class DoubleStepModel:
         front[self.both] = wrench
         part = DoubleSupportPart(closed, touchdown, liftoff, sole, wrench, swing, front, struck)
         whole = np.ascontiguousarray(motion)
-        return _Parts(x, geometry, posture, q_end, stance, whole, part, closing.yaw_end)
+        return _Parts(stance, whole, part)
 
     def _closed(self, free: Array, sole: pin.SE3, targets: Array) -> ClosedMotion:
         motion, axes = self.closed.motion(free, sole)
         return ClosedMotion(motion, axes, targets, self._drive)
 
-    def _step(self, parts: _Parts, support: SupportState, read: dict[Quantity, Array]) -> Step:
+    def _step(
+        self,
+        opening: Opening,
+        closing: Closing,
+        parts: _Parts,
+        support: SupportState,
+        read: dict[Quantity, Array],
+    ) -> Step:
         double, impulse = parts.double, np.zeros(TWIST)
-        h, twist, turn = self._h, np.zeros(TWIST), None
+        h, twist, turn = self._h, np.zeros(TWIST), self._turn_at_end(opening.z)
         before = after = double.liftoff.motion[1, 0, h:]
         if double.struck is not None:
             after = double.touchdown.motion[1, 0, h:]
-            before, impulse = after - double.struck.jump, parts.x[self.layout.push]
-        if self.hinge is not None:  # the rear foot leaves as it turns
-            angle, *_, rate = parts.x[self.layout.turn]
-            turn = Turning(self.hinge, float(angle), float(rate))
+            before, impulse = after - double.struck.jump, opening.z[self.layout.push]
+        if turn is not None:  # the rear foot leaves as it turns
             twist = turn.twist
         effort = double.without_front(support.effort, self.both)
         impact = ImpactState(np.concatenate([twist, after]), impulse)
-        start = parts.geometry[FOOT_YAW]
-        yaw = start + self.grid.instants * (parts.yaw_end - start)
-        found = completed(read, yaw, self.grid.count)
-        found[quantities.PEAK] = np.tile(parts.x[self.layout.largest], (self.grid.count, 1))
         return Step(
-            x=parts.x,
-            geometry=parts.geometry,
-            posture=parts.posture,
-            q_end=parts.q_end,
+            x=opening.z,
+            geometry=opening.geometry,
+            posture=opening.posture,
+            q_end=closing.q_end,
             rate_before=before,
             impact=impact,
             coefficients=parts.stance,
             motion=np.ascontiguousarray(parts.motion[:, :, h:]),
             support=SupportState(effort, support.corners),
-            optional=found,
+            optional=self._completed(read, opening, closing.yaw_end),
             foot_motion=parts.motion[:, :, :h],
             turn=turn,
             double=double,
@@ -557,10 +499,7 @@ class DoubleStepModel:
         if self.hinge is not None:
             twist = np.outer(self.hinge.twist, matrix[layout.turn.stop - 1])
         corners = support.corners.reshape(count, -1, m) @ angles
-        turned = None
-        if layout.index("foot_yaw") is not None:
-            start, end = self.geometry_in_x[FOOT_YAW], at.geometry[FOOT_YAW]
-            turned = start + self.grid.instants[:, None] * (end - start)
+        turned = self._yaw_jacobian(at.geometry[FOOT_YAW])
         return {
             quantities.TORQUE: effort[:, TWIST + h :],
             quantities.WRENCH: effort[:, :TWIST],
@@ -859,16 +798,11 @@ def double_cycle_hessian(
 
 @dataclass(frozen=True)
 class _Parts:
-    """A step before its forces; as of `DoubleStep`."""
+    """The motion of a step; as of `Step`, with the hinge before the joints."""
 
-    x: Array
-    geometry: Array
-    posture: Posture
-    q_end: Array
     stance: Array
     motion: Array
     double: DoubleSupportPart
-    yaw_end: float
 
 
 def _by_moves(span: float) -> Array:

@@ -59,8 +59,23 @@ from gaitopt.nlp import Array
 T = TypeVar("T")
 
 
-class StepModel:
-    """Evaluates steps of one robot on one grid; every result is a pure function of x."""
+@dataclass(frozen=True)
+class Opening:
+    """The double support at the start of a step.
+
+    Attributes:
+        z: parameters of the step, shape (p,).
+        geometry: geometric quantities, free and fixed (G,).
+        posture: of the robot.
+    """
+
+    z: Array
+    geometry: Array
+    posture: Posture
+
+
+class StepModelBase:
+    """What steps with and without a double support have in common: all but their course."""
 
     def __init__(
         self,
@@ -90,26 +105,15 @@ class StepModel:
         self.schedule = schedule or Schedule()
         self.chart = chart or identity_chart(layout.size)
         self._before = before or self.chart
-        self.at_start = start_in_x(layout, self.chart, self._before)
+        self.at_start = self._start_in_x()
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
-        knots = self.schedule.knots(layout.postures)
-        self.basis: Basis = spline_basis(knots, grid.instants)
         one, last = self.schedule.first.contact, self.schedule.last.contact
         self.line, self.hinge = one.hinge(robot.sole), last.hinge(robot.sole)
         self.landing_turn = (
             None if self.line is None else landing_turn(self.schedule, grid.instants)
         )
         self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
-        self._flat_impact: FlatImpact | None = None
-        if self.schedule.slapping and self.line is not None:
-            flat = float(self.schedule.changes[0])
-            self.basis = jumping_spline(knots, grid.instants, flat)
-            self._flat_impact = FlatImpact(robot, self.line)
-            first = (int(np.argmin(np.abs(knots - flat))) - 1) * layout.joints
-            # the posture there, and the rate of the foot, of which the jump is a function
-            posture = range(first, first + layout.joints)
-            self._at_flat = np.array([*posture, layout.landed.stop - 1])
         # with the hinges of a foot that turns
         self.standing = standing_robot(robot, *self.schedule.contacts)
         self._support = SingleSupport(self.standing, grid.count)
@@ -118,6 +122,14 @@ class StepModel:
         plain = not self.turns_foot and layout.rise == 0.0
         self._boundary = form if plain else form(robot, self.hinge, layout.rise, self.line)
         self._impact = Impact if self.line is None else Impact(robot, self.line)
+
+    def _start_in_x(self) -> Array:
+        """Derivatives in x of what shapes the double support at the start, (b, P)."""
+        layout, found = self.layout, self.chart.matrix[self.layout.boundary]
+        if layout.turning:
+            row = int(np.flatnonzero(layout.boundary == layout.turn.start)[0])
+            found[row] = self._before.matrix[layout.turn.start]
+        return found
 
     @property
     def turns_foot(self) -> bool:
@@ -137,6 +149,103 @@ class StepModel:
         if isinstance(self._impact, Impact):
             return self._impact
         return cached_workspace(self.robot, self._impact)
+
+    def opening(self, x: Array, posture: Posture | None = None) -> Opening:
+        """Return the double support at the start of the step.
+
+        Args:
+            x: parameters of the walk, shape (P,).
+            posture: of it, if it was computed before.
+
+        Raises:
+            EvaluationError: a parameter is not finite, or a leg cannot reach.
+        """
+        if not np.all(np.isfinite(x)):
+            raise EvaluationError("a parameter is not finite")
+        layout, z = self.layout, self.chart.of(x)
+        geometry = layout.geometry_of(z)
+        if layout.turning:  # the rear foot is as the step before leaves it
+            geometry[FEET] = self._before.of(x)[layout.turn.start]
+        if geometry[DURATION] <= 0.0:
+            raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
+        if posture is None:
+            posture = self.boundary.posture(geometry, z[layout.start])
+        return Opening(z, geometry, posture)
+
+    def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
+        """Return those of the double support, and of q_start in x, shape (n, P)."""
+        found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
+        return found, found.q_start[:, own] @ self.at_start
+
+    def turns(self, z: Array, turn_rate: float) -> list[tuple[FootTurn, Array]]:
+        """Return the turns of the stance foot and what shapes each of them.
+
+        Args:
+            z: parameters of the step, shape (p,).
+            turn_rate: that the impact before it leaves [rad/s].
+        """
+        turns = []
+        if self.landing_turn is not None:
+            turns.append((self.landing_turn, np.append(z[self.layout.landed], turn_rate)))
+        if self.foot_turn is not None:
+            turns.append((self.foot_turn, z[self.layout.turn]))
+        return turns
+
+    def along(self, name: str) -> Array | None:
+        """Return the derivatives of a geometric quantity in x, shape (P,); None where fixed."""
+        column = self.layout.index(name)
+        return None if column is None else self.chart.matrix[column]
+
+    def _yaw_jacobian(self, yaw_end: Array | None) -> Array | None:
+        """Derivatives of the foot yaw that the heading follows, at the instants, (N, P)."""
+        start = self.along("foot_yaw")
+        if start is None or yaw_end is None:
+            return None
+        return np.asarray(start + self.grid.instants[:, None] * (yaw_end - start))
+
+    def _turn_at_end(self, z: Array) -> Turning | None:
+        """How the stance foot turns as the step ends; None where it stands flat."""
+        if self.hinge is None:
+            return None
+        angle, *_, rate = z[self.layout.turn]
+        return Turning(self.hinge, float(angle), float(rate))
+
+    def _completed(
+        self, read: dict[Quantity, Array], opening: Opening, yaw_end: float
+    ) -> dict[Quantity, Array]:
+        """The optional quantities, from what was read off the bodies."""
+        start, count = opening.geometry[FOOT_YAW], self.grid.count
+        found = completed(read, start + self.grid.instants * (yaw_end - start), count)
+        found[quantities.PEAK] = np.tile(opening.z[self.layout.largest], (count, 1))
+        return found
+
+
+class StepModel(StepModelBase):
+    """Evaluates steps of one robot on one grid; every result is a pure function of x."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        layout: Layout,
+        grid: Grid,
+        optional: Collection[Quantity] = (),
+        schedule: Schedule | None = None,
+        chart: Chart | None = None,
+        before: Chart | None = None,
+    ) -> None:
+        """Prepare what does not depend on x; arguments and errors as of `StepModelBase`."""
+        super().__init__(robot, layout, grid, optional, schedule, chart, before)
+        knots = self.schedule.knots(layout.postures)
+        self.basis: Basis = spline_basis(knots, grid.instants)
+        self._flat_impact: FlatImpact | None = None
+        if self.schedule.slapping and self.line is not None:
+            flat = float(self.schedule.changes[0])
+            self.basis = jumping_spline(knots, grid.instants, flat)
+            self._flat_impact = FlatImpact(robot, self.line)
+            first = (int(np.argmin(np.abs(knots - flat))) - 1) * layout.joints
+            # the posture there, and the rate of the foot, of which the jump is a function
+            posture = range(first, first + layout.joints)
+            self._at_flat = np.array([*posture, layout.landed.stop - 1])
 
     def step(self, x: Array) -> Step:
         """Return the step at x (P,), of a walk whose next step is this one again, exchanged.
@@ -159,18 +268,6 @@ class StepModel:
         known = None if posture is None else (posture,)
         steps, derivatives = cycle_derivatives((self,), x, known)
         return steps[0], derivatives[0]
-
-    def opening(self, x: Array, posture: Posture | None = None) -> Opening:
-        """Return the double support at the start of the step.
-
-        Args:
-            x: parameters of the walk, shape (P,).
-            posture: of it, if it was computed before.
-
-        Raises:
-            EvaluationError: a parameter is not finite, or a leg cannot reach.
-        """
-        return opened(self.layout, (self._before, self.chart), self.boundary, x, posture)
 
     @property
     def flat_impact(self) -> FlatImpact:
@@ -237,11 +334,7 @@ class StepModel:
 
     def _end(self, z: Array, following: Posture) -> tuple[Array, Array, Turning | None]:
         """Posture (26) and rates at the end of the step, and how the stance foot turns there."""
-        turn = None
-        if self.hinge is not None:
-            of_turn = z[self.layout.turn]
-            turn = Turning(self.hinge, float(of_turn[0]), float(of_turn[-1]))
-        return self.exchange @ following.q_start, z[self.layout.rates], turn
+        return self.exchange @ following.q_start, z[self.layout.rates], self._turn_at_end(z)
 
     def _landed(self, following: Opening, impact: ImpactState) -> Turning | None:
         """How the foot that has landed turns about the line on which it did."""
@@ -280,34 +373,17 @@ class StepModel:
         read: dict[Quantity, Array],
         yaw_end: float,
     ) -> Step:
-        start = opening.geometry[FOOT_YAW]
-        yaw = start + self.grid.instants * (yaw_end - start)
-        optional = completed(read, yaw, self.grid.count)
-        optional[quantities.PEAK] = np.tile(opening.z[self.layout.largest], (self.grid.count, 1))
         return Step(
             opening.z, opening.geometry, opening.posture, landing.q_end, landing.rate_before,
             landing.impact, course.coefficients, course.motion, support,
-            optional, course.foot, landing.turn, landing.landed, flat=course.flat,
+            self._completed(read, opening, yaw_end), course.foot, landing.turn, landing.landed,
+            flat=course.flat,
         )  # fmt: skip
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
         """q, dq, ddq at the instants, shape (3, N, n), Eqs. (42)-(44)."""
         motion = self.basis.at(geometry[DURATION]) @ coefficients
         return np.ascontiguousarray(motion.swapaxes(0, 1))
-
-    def turns(self, z: Array, turn_rate: float) -> list[tuple[FootTurn, Array]]:
-        """Return the turns of the stance foot and what shapes each of them.
-
-        Args:
-            z: parameters of the step, shape (p,).
-            turn_rate: that the impact before it leaves [rad/s].
-        """
-        turns = []
-        if self.landing_turn is not None:
-            turns.append((self.landing_turn, np.append(z[self.layout.landed], turn_rate)))
-        if self.foot_turn is not None:
-            turns.append((self.foot_turn, z[self.layout.turn]))
-        return turns
 
     def _foot_motion(self, z: Array, turn_rate: float, geometry: Array) -> Array:
         """Angles of the stance foot, rates and accelerations at the instants, shape (3, N, h)."""
@@ -316,11 +392,6 @@ class StepModel:
         for column, (turn, shape) in enumerate(turns):
             foot[:, :, column] = (turn.basis.at(geometry[DURATION]) @ turn.coefficients @ shape).T
         return foot
-
-    def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
-        """Return those of the double support, and of q_start in x, shape (n, P)."""
-        found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
-        return found, found.q_start[:, own] @ self.at_start
 
     def impact_jacobian(self, step: Landing, impact: ImpactDerivatives, q_end: Array) -> Array:
         """Return the derivatives of an impact in x, shape (12 + n, P), or (13 + n, P) on a line.
@@ -427,18 +498,6 @@ class StepModel:
         by_angle = cross_force(step.landed.hinge.twist, step.impulse)
         return np.asarray(step.landed.on_ground @ in_sole + np.outer(by_angle, angle))
 
-    def along(self, name: str) -> Array | None:
-        """Return the derivatives of a geometric quantity in x, shape (P,); None where fixed."""
-        column = self.layout.index(name)
-        return None if column is None else self.chart.matrix[column]
-
-    def _yaw_jacobian(self, yaw_end: Array | None) -> Array | None:
-        """Derivatives of the foot yaw that the heading follows, at the instants, (N, P)."""
-        start = self.along("foot_yaw")
-        if start is None or yaw_end is None:
-            return None
-        return np.asarray(start + self.grid.instants[:, None] * (yaw_end - start))
-
     def _sole_twist_jacobian(self, step: Step, in_sole: Array) -> Array:
         """Derivatives of the twist in the footprint, from those in the sole's frame, (6, P)."""
         if step.turn is None:
@@ -466,68 +525,6 @@ class StepModel:
     def _front_jacobian(self, size: int) -> Array:
         """Derivatives of the wrench on a second foot that stands in x, (N, 6, P); or none."""
         return np.zeros((self.grid.count, 0, size))
-
-
-@dataclass(frozen=True)
-class Opening:
-    """The double support at the start of a step.
-
-    Attributes:
-        z: parameters of the step, shape (p,).
-        geometry: geometric quantities, free and fixed (G,).
-        posture: of the robot.
-    """
-
-    z: Array
-    geometry: Array
-    posture: Posture
-
-
-def opened(
-    layout: Layout,
-    charts: tuple[Chart, Chart],
-    boundary: DoubleSupport,
-    x: Array,
-    posture: Posture | None,
-) -> Opening:
-    """Return the double support at the start of a step.
-
-    Args:
-        layout: of the step.
-        charts: of the step before and of this one.
-        boundary: form of the double support.
-        x: parameters of the walk, shape (P,).
-        posture: of it, if it was computed before.
-
-    Raises:
-        EvaluationError: a parameter is not finite, or a leg cannot reach.
-    """
-    if not np.all(np.isfinite(x)):
-        raise EvaluationError("a parameter is not finite")
-    before, own = charts
-    z = own.of(x)
-    geometry = layout.geometry_of(z)
-    if layout.turning:  # the rear foot is as the step before leaves it
-        geometry[FEET] = before.of(x)[layout.turn.start]
-    if geometry[DURATION] <= 0.0:
-        raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
-    if posture is None:
-        posture = boundary.posture(geometry, z[layout.start])
-    return Opening(z, geometry, posture)
-
-
-def start_in_x(layout: Layout, chart: Chart, before: Chart) -> Array:
-    """Return the derivatives in x of what shapes the double support at the start, (b, P).
-
-    Args:
-        layout, chart: of the step.
-        before: chart of the step before, whose stance foot is the rear one.
-    """
-    found = chart.matrix[layout.boundary]
-    if layout.turning:
-        row = int(np.flatnonzero(layout.boundary == layout.turn.start)[0])
-        found[row] = before.matrix[layout.turn.start]
-    return found
 
 
 @dataclass(frozen=True)
