@@ -348,8 +348,7 @@ def _checks(certificate: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         ),
         (
             "momentum over a step",
-            f"ground {referee['vertical']:.3f} = weight {referee['weight']:.3f} N·s, "
-            f"apart by {referee['momentum']:.1e}",
+            f"{_momentum(referee)}, apart by {referee['momentum']:.1e}",
             f"{MOMENTUM:.0e}",
         ),
         (
@@ -358,6 +357,16 @@ def _checks(certificate: Mapping[str, Any]) -> list[tuple[str, str, str]]:
             "lifts off",
         ),
     ]
+
+
+def _momentum(referee: Mapping[str, float]) -> str:
+    """Return the vertical balance; a walk gains nothing, a transition may."""
+    vertical, weight = referee["vertical"], referee["weight"]
+    gained = vertical - weight
+    change = f" {'+ gain' if gained > 0.0 else '- loss'} {abs(gained):.3f}"
+    # Of a walk, what the sides differ by is within the disagreement, on a slope nearly so.
+    changes = abs(gained) > max(2.0 * referee["momentum"], MOMENTUM) * weight
+    return f"ground {vertical:.3f} = weight {weight:.3f}{change if changes else ''} N·s"
 
 
 def _named(row: Mapping[str, Any]) -> str:

@@ -1,5 +1,7 @@
 """`gaitopt transition`: what it says, writes and refuses."""
 
+import re
+
 import numpy as np
 import pytest
 from gait_archives import changed, written
@@ -34,7 +36,12 @@ def test_it_writes_a_file_and_says_what_it_found(cli, walk, tmp_path):
 def test_its_file_is_checked(cli, start):
     result = cli("check", start)
     assert result.exit_code == 0, result.output
-    assert "from standing to 1 m/s in 2 steps, computed again" in " ".join(result.stdout.split())
+    text = " ".join(result.stdout.replace("1e-08", "").split())
+    assert "from standing to 1 m/s in 2 steps, computed again" in text
+    balance = re.search(r"ground (\S+) = weight (\S+) - loss (\S+) N·s", text)
+    ground, weight, loss = (float(number) for number in balance.groups())
+    assert ground == pytest.approx(weight - loss, abs=2e-3)
+    assert loss > 1.0
     assert "stored arrays agree" in result.stdout
 
 
