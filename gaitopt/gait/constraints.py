@@ -912,8 +912,8 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     ImpulseCentreOfPressure(), WalkingSpeed(), Tread(), Closure(), TrunkRoll(), TrunkPitch(),
     TrunkYaw(), TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(),
     LandingSpeed(), LandingImpulse(), ArmGap(), FootAngle(), FootLift(), SoftLanding(),
-    FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
-    RearImpulseFriction(), RearImpulseCentreOfPressure(), RearImpulseTorsion(), LoopMotors(),
+    *FRONT, RearImpulseUp(), RearImpulseFriction(), RearImpulseCentreOfPressure(),
+    RearImpulseTorsion(), LoopMotors(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 

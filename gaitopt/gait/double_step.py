@@ -39,7 +39,6 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_YAW,
-    STEP_LENGTH,
     Chart,
     Layout,
 )
@@ -58,8 +57,6 @@ from gaitopt.gait.step import (
     ShapedTurn,
     Step,
     StepDerivatives,
-    chained,
-    foot_turn_rows,
 )
 from gaitopt.gait.step_hessian import local_gradient, local_hessian
 from gaitopt.gait.step_model import Opening, StepModelBase, after_each, before_each
@@ -289,13 +286,6 @@ class DoubleStepModel(StepModelBase):
         local = StepDerivatives(posture, at_impact, at_support, optional)
         return self._step(opening, closing, parts, support, read), local
 
-    @property
-    def geometry_in_x(self) -> Array:
-        """Derivatives of the geometric quantities in x, shape (G, P)."""
-        found = np.zeros((len(self.layout.geometry), self._size))
-        found[self.layout.free] = self.chart.matrix[self.layout.shape]
-        return found
-
     def _parts(self, opening: Opening, closing: Closing, before: Closing) -> _Parts:
         layout, x = self.layout, opening.z
         q_end, sole, targets, liftoff = (
@@ -457,7 +447,7 @@ class DoubleStepModel(StepModelBase):
         at = DoubleSupportDerivatives(
             stance, swing, closed, touchdown, liftoff, wrench, geometry, jump, rear
         )
-        reads = self._reads(step, replace(local, motion=motion, double=at))
+        reads = self._jacobians(double, local, motion, at)
         return replace(local, motion=motion, double=at, jacobians=reads)
 
     def _push(self, step: Step) -> Array:
@@ -477,47 +467,32 @@ class DoubleStepModel(StepModelBase):
         fixed = np.broadcast_to(geometry, (count, *geometry.shape))
         return np.concatenate([free, fixed], axis=1)
 
-    def _reads(self, step: Step, local: StepDerivatives) -> dict[Quantity, Array]:
-        layout, support, double, at = self.layout, local.support, step.double, local.double
-        assert double is not None
-        assert at is not None
-        n, P, count = layout.joints, self._size, self.grid.count
-        h, m, motion, matrix = self._h, self._h + n, local.motion, self.chart.matrix
-        angles = motion[:, :m]
-        effort = support.effort @ motion
-        chain = double.motion.axes.shape[1]
+    def _jacobians(
+        self,
+        double: DoubleSupportPart,
+        local: StepDerivatives,
+        motion: Array,
+        at: DoubleSupportDerivatives,
+    ) -> dict[Quantity, Array]:
+        """Derivatives of all quantities in x, from those of the motion (N, 3 (h + n), P)."""
+        layout, P, matrix = self.layout, self._size, self.chart.matrix
+        effort, chain = local.support.effort @ motion, double.motion.axes.shape[1]
         effort[self.both, : TWIST + chain] -= taken_jacobian(
-            double.sole, double.motion, double.wrench, angles[self.both, :chain], at.geometry,
+            double.sole, double.motion, double.wrench, motion[self.both, :chain], at.geometry,
             at.wrench,
         )  # fmt: skip
-        legs = local.posture.legs[:, :, layout.boundary_columns] @ self.at_start
-        travel = self.geometry_in_x[[STEP_LENGTH, DURATION]][None]
-        front = np.zeros((count, TWIST, P))
+        front = np.zeros((self.grid.count, TWIST, P))
         front[self.both] = at.wrench
         impulse = matrix[layout.push] if self.striking else np.zeros((TWIST, P))
         twist = np.zeros((TWIST, P))
         if self.hinge is not None:
             twist = np.outer(self.hinge.twist, matrix[layout.turn.stop - 1])
-        corners = support.corners.reshape(count, -1, m) @ angles
-        turned = self._yaw_jacobian(at.geometry[FOOT_YAW])
         return {
-            quantities.TORQUE: effort[:, TWIST + h :],
-            quantities.WRENCH: effort[:, :TWIST],
-            quantities.CORNERS: corners,
-            quantities.ANGLES: motion[:, self._angles],
-            quantities.RATES: motion[:, self._rates],
-            quantities.ACCELERATIONS: motion[:, 2 * m + h :],
+            **self._reads(local, motion, effort, at.geometry[FOOT_YAW]),
             quantities.IMPULSE: impulse[None],
             quantities.SOLE_TWIST: twist[None],
-            quantities.LEGS: legs,
-            quantities.GAPS: local.posture.gaps[:, :, layout.boundary_columns] @ self.at_start,
-            quantities.TRAVEL: travel,
-            quantities.FOOT_TURN: foot_turn_rows(motion.reshape(count, 3, m, P)[:, :, :h]),
             quantities.FRONT_WRENCH: front,
             quantities.REAR_IMPULSE: at.rear[None],
-            quantities.PEAK: np.tile(matrix[layout.largest], (count, 1, 1)),
-            quantities.ADVANCE: np.zeros((1, 0, P)),
-            **chained(local.optional, angles, turned),
         }
 
     def own_hessian(

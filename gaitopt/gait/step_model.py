@@ -29,7 +29,14 @@ from gaitopt.gait.double_support import (
 )
 from gaitopt.gait.foot_turn import FootTurn, foot_turn, landing_turn
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.parameters import DURATION, FOOT_YAW, Chart, Layout, identity_chart
+from gaitopt.gait.parameters import (
+    DURATION,
+    FOOT_YAW,
+    STEP_LENGTH,
+    Chart,
+    Layout,
+    identity_chart,
+)
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import (
     Basis,
@@ -202,6 +209,45 @@ class StepModelBase:
         if start is None or yaw_end is None:
             return None
         return np.asarray(start + self.grid.instants[:, None] * (yaw_end - start))
+
+    @property
+    def geometry_in_x(self) -> Array:
+        """Derivatives of the geometric quantities in x, shape (G, P)."""
+        found = np.zeros((len(self.layout.geometry), self.chart.matrix.shape[1]))
+        found[self.layout.free] = self.chart.matrix[self.layout.shape]
+        return found
+
+    def _reads(
+        self, local: StepDerivatives, motion: Array, effort: Array, yaw_end: Array | None
+    ) -> dict[Quantity, Array]:
+        """Derivatives of the quantities in x, all but those of impacts and of a second foot.
+
+        Args:
+            local: local derivatives.
+            motion: derivatives of (q, dq, ddq), shape (N, 3 (h + n), P).
+            effort: of wrench and torques, shape (N, 6 + h + n, P).
+            yaw_end: of the foot yaw at the start of the next step, shape (P,); None where fixed.
+        """
+        posture, own, count = local.posture, self.layout.boundary_columns, len(motion)
+        m = motion.shape[1] // 3
+        h = m - self.layout.joints
+        angles = motion[:, :m]
+        hinges = motion.reshape(count, 3, m, -1)[:, :, :h]
+        return {
+            quantities.TORQUE: effort[:, 6 + h :],
+            quantities.WRENCH: effort[:, :6],
+            quantities.CORNERS: local.support.corners.reshape(count, -1, m) @ angles,
+            quantities.ANGLES: angles[:, h:],
+            quantities.RATES: motion[:, m + h : 2 * m],
+            quantities.ACCELERATIONS: motion[:, 2 * m + h :],
+            quantities.LEGS: posture.legs[:, :, own] @ self.at_start,
+            quantities.GAPS: posture.gaps[:, :, own] @ self.at_start,
+            quantities.TRAVEL: self.geometry_in_x[[STEP_LENGTH, DURATION]][None],
+            quantities.FOOT_TURN: foot_turn_rows(hinges),
+            quantities.PEAK: np.tile(self.chart.matrix[self.layout.largest], (count, 1, 1)),
+            quantities.ADVANCE: np.zeros((1, 0, motion.shape[2])),
+            **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
+        }
 
     def _turn_at_end(self, z: Array) -> Turning | None:
         """How the stance foot turns as the step ends; None where it stands flat."""
@@ -431,9 +477,7 @@ class StepModel(StepModelBase):
             landing_angle: of the foot that lands, shape (P,); None where it lands flat.
             yaw_end: of the foot yaw at the start of the next step, shape (P,); None where fixed.
         """
-        posture, support = local.posture, local.support
-        matrix, own, n = self.chart.matrix, self.layout.boundary_columns, self.layout.joints
-        boundary = self.at_start
+        matrix, n = self.chart.matrix, self.layout.joints
         knots = matrix[self.layout.knots].reshape(self.layout.postures, n, -1)
         rate_start = self.exchange @ before[6 : 6 + n]
         rates, of_flat = [], np.zeros((0, matrix.shape[1]))
@@ -445,35 +489,14 @@ class StepModel(StepModelBase):
         )
         turns = self._shaped(step, turn_rate, before)
         motion = self._motion_jacobian(step, coefficients, turns)
-        travel = np.zeros((1, 2, matrix.shape[1]))
-        for row, name in enumerate(("step_length", "duration")):
-            rate = self.along(name)
-            if rate is not None:
-                travel[0, row] = rate
-        effort = self._effort_jacobian(step, support.effort, motion)
-        h, m = step.hinges, step.hinges + n
-        angles = motion[:, :m]
-        corners = support.corners.reshape(len(motion), -1, m) @ angles
-        hinges = motion.reshape(len(motion), 3, m, -1)[:, :, :h]
+        effort = self._effort_jacobian(step, local.support.effort, motion)
         impulse = self._impulse_jacobian(step, after[6 + n : 12 + n], landing_angle)
         reads = {
-            quantities.TORQUE: effort[:, 6 + h :],
-            quantities.WRENCH: effort[:, :6],
-            quantities.CORNERS: corners,
-            quantities.ANGLES: angles[:, h:],
-            quantities.RATES: motion[:, m + h : 2 * m],
-            quantities.ACCELERATIONS: motion[:, 2 * m + h :],
+            **self._reads(local, motion, effort, yaw_end),
             quantities.IMPULSE: impulse[None],
             quantities.SOLE_TWIST: self._sole_twist_jacobian(step, after[:6])[None],
-            quantities.LEGS: posture.legs[:, :, own] @ boundary,
-            quantities.GAPS: posture.gaps[:, :, own] @ boundary,
-            quantities.TRAVEL: travel,
-            quantities.FOOT_TURN: foot_turn_rows(hinges),
             quantities.FRONT_WRENCH: self._front_jacobian(matrix.shape[1]),
-            quantities.PEAK: np.tile(matrix[self.layout.largest], (len(motion), 1, 1)),
             quantities.REAR_IMPULSE: of_flat[None],
-            quantities.ADVANCE: np.zeros((1, 0, matrix.shape[1])),
-            **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }
         angle = np.zeros(0) if landing_angle is None else landing_angle
         return replace(
