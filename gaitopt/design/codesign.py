@@ -257,8 +257,8 @@ class Study:
                 raise InputError(
                     f"the walk '{case.label}' is a stride of two steps, has a double support or a "
                     "foot that comes to lie flat by an impact; what lengths and masses do to these "
-                    "is not told yet; leave out lateral_speed, turn_rate, stride, double_support "
-                    "and foot_flat"
+                    "is not told yet; leave out lateral_speed, turn_rate, cross_slope, stride, "
+                    "double_support and foot_flat"
                 )
 
     def _check_gears(self) -> None:

@@ -382,7 +382,7 @@ def _walk(gait: Gait, known: Iterable[Extension] = ()) -> tuple[WalkProblem, Jun
         raise InputError(
             "transitions have steps on one flat foot; this gait has other phases, or two steps "
             "that differ: give one designed without --toe-off, --heel-strike, --double-support, "
-            "--stride, --lateral-speed and --turn-rate"
+            "--stride, --lateral-speed, --turn-rate and --cross-slope"
         )
     problem = problem_of(gait, known)
     if problem.task.ground != Level() or problem.task.terrain is not None:
