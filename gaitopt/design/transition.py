@@ -324,10 +324,9 @@ def transition_at(
     robot, asked, whole = problem.robot, problem.transition, problem.whole(x)
     assert isinstance(whole, TransitionSteps)
     first, model = problem.steps(x)[0], problem.models[0]
-    shift, durations = None, [step.duration for step in whole.steps]
+    shift = None
     if isinstance(model, ShiftStepModel):
         shift = WeightShift(*model.splines(first), model.points(first))
-        durations[0] = model.swing_duration(first)
     facts = {
         **robot_record(robot),
         "choices": choices_record(robot.choices),
@@ -361,7 +360,10 @@ def transition_at(
         problem.layout.names,
         {
             **facts,
-            "durations": durations,
+            "durations": [
+                model.swing_duration(step)
+                for model, step in zip(problem.models, whole.steps, strict=True)
+            ],
             "given": {
                 "durations": list(asked.durations),
                 "free": asked.free,

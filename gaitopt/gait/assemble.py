@@ -16,7 +16,6 @@ from gaitopt.gait.foot_turn import with_knot
 from gaitopt.gait.functions import StrideSpeed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
-from gaitopt.gait.shift_step import ShiftStepModel
 from gaitopt.gait.step import Step
 from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.stride import Steps, Stride
@@ -88,13 +87,10 @@ def gait_at(
 
 def step_arrays(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     """Return the arrays of a gait that are of a single step, after a shift of the weight."""
-    nodes, times = np.arange(model.grid.nodes), model.grid.instants * step.duration
-    if isinstance(model, ShiftStepModel):
-        nodes = nodes[~model.both[nodes]]
-        times = model.basis.instants * model.swing_duration(step)
+    nodes, times = model.sampled(step)
     wrench = step.read(quantities.WRENCH)[nodes]
     return {
-        "time": times[nodes],
+        "time": times,
         "q": step.motion[0, nodes],
         "dq": step.motion[1, nodes],
         "ddq": step.motion[2, nodes],
@@ -132,8 +128,8 @@ def _splines(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     """Return the splines of the joints, in two parts where both feet stand at the end."""
     if isinstance(model, DoubleStepModel):
         return {**model.splines(step), "rear_impulse": step.read(quantities.REAR_IMPULSE)[0]}
-    lasts = model.swing_duration(step) if isinstance(model, ShiftStepModel) else step.duration
-    found = {"knots": model.basis.knots * lasts, "coefficients": step.coefficients}
+    knots = model.basis.knots * model.swing_duration(step)
+    found = {"knots": knots, "coefficients": step.coefficients}
     if step.flat is None:
         return found
     *values, before, after, end, first, last = step.coefficients

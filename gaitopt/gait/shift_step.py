@@ -35,6 +35,7 @@ from gaitopt.mechanics.closed_chain import (
     taken_jacobian,
 )
 from gaitopt.mechanics.impact import ImpactState
+from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import SupportState
 from gaitopt.model.joint_tree import TWIST
@@ -217,6 +218,12 @@ class ShiftStepModel(StepModel):
         """Return for how long one foot swings [s]."""
         return (1.0 - self.shift.share) * step.duration
 
+    def sampled(self, step: Step) -> tuple[NDArray[np.int_], Array]:
+        """Return the nodes after the foot has left, and their times since then; as `StepModel`."""
+        nodes = np.arange(self.grid.nodes)
+        nodes = nodes[~self.both[nodes]]
+        return nodes, self.basis.instants[nodes] * self.swing_duration(step)
+
     def points(self, step: Step) -> Array:
         """Return the control points of the wrench on the foot that will swing, shape (4, 6)."""
         part = step.double
@@ -331,12 +338,14 @@ class ShiftStepModel(StepModel):
         leaving = (rates @ part.liftoff.jacobian).reshape(1, 3, TWIST)
         return on_swing, at_free, leaving
 
-    def front_gradient(self, step: Step, derivatives: StepDerivatives, effort: Array) -> Array:
-        """Gradient in the angles (M, n) of what the other foot takes off weighed efforts (N, .)."""
-        return self._taken(step, derivatives.motion, derivatives.motion.shape[-1], effort)[0]
+    def add_front_gradient(
+        self, step: Step, derivatives: StepDerivatives, effort: Array, by_order: Array
+    ) -> None:
+        """Add what the other foot takes off weighed efforts; arguments as of `StepModel`."""
+        by_order[self.both, 0] += self._taken(step, derivatives.motion, effort)[0]
 
-    def _taken(self, step: Step, motion: Array, P: int, effort: Array) -> tuple[Array, Array]:
-        part, n = step.double, self.layout.joints
+    def _taken(self, step: Step, motion: Array, effort: Array) -> tuple[Array, Array]:
+        part, n, P = step.double, self.layout.joints, motion.shape[-1]
         assert isinstance(part, ShiftPart)
         return taken_hessian(
             part.sole, part.motion, part.wrench, motion[self.both, :n], np.zeros((0, P)),
@@ -344,20 +353,21 @@ class ShiftStepModel(StepModel):
         )  # fmt: skip
 
     def motion_hessian(
-        self, step: Step, derivatives: StepDerivatives, local: Array, by_order: Array, effort: Array
+        self,
+        step: Step,
+        derivatives: StepDerivatives,
+        local: InverseDynamicsHessian,
+        by_order: Array,
+        effort: Array,
     ) -> Array:
-        """What the motion bends of the function that weights differentiate, shape (P, P).
+        """Return what the motion bends of the function that weights differentiate, shape (P, P).
 
-        Args:
-            step, derivatives: of the step.
-            local: Hessian in (q, dq, ddq) at the instants, shape (N, 3 n, 3 n).
-            by_order: gradient there, shape (N, 3, n).
-            effort: weights of wrench and torques, shape (N, 6 + n).
+        Arguments as of `StepModel`.
         """
         part, motion, n = step.double, derivatives.motion, self.layout.joints
         assert isinstance(part, ShiftPart)
-        H = np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
-        H += self._taken(step, motion, motion.shape[-1], effort)[1]
+        H = np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
+        H += self._taken(step, motion, effort)[1]
         on_swing, at_free, at_leaving = self._weights(step, by_order)
         swing, free, leaving = self._in_x(step, part, derivatives.coefficients)
         flat = by_order[self.both].reshape(-1, 3 * n)

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from gaitopt.gait import quantities
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.shift_step import ShiftStepModel
-from gaitopt.gait.spline import SplineInX, on_coefficients
 from gaitopt.gait.step import Period, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.forward_kinematics import body_inertias
@@ -159,10 +157,8 @@ def _step_gradient(
     effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
     gradient = local_gradient(derivatives, first, effort, step.hinges)
     by_order = gradient.reshape(len(effort), 3, -1)
-    if isinstance(model, ShiftStepModel):
-        by_order[model.both, 0] += model.front_gradient(step, derivatives, effort)
-        return effort, by_order, model.on_coefficients(step, by_order), []
-    on_joints = on_coefficients(model.basis, step.duration, by_order[:, :, step.hinges :])
+    model.add_front_gradient(step, derivatives, effort, by_order)
+    on_joints = model.on_coefficients(step, by_order)
     return effort, by_order, on_joints, _turn_weights(step, derivatives, by_order)
 
 
@@ -216,11 +212,7 @@ def _own_hessian(
     else:  # the impact's single posture costs little more in one sweep with the others than nothing
         dynamics, at_impact = derivatives.support.hessians(effort, impact.dynamics)
     local = local_hessian(derivatives, first, dynamics)
-    shifts = isinstance(model, ShiftStepModel)
-    if isinstance(model, ShiftStepModel):
-        H = model.motion_hessian(step, derivatives, local.whole, back.by_order, effort)
-    else:
-        H = _motion_hessian(model, step, derivatives, local)
+    H = model.motion_hessian(step, derivatives, local, back.by_order, effort)
     inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
     if step.turn is not None:
         rate = matrix[model.layout.turn.stop - 1]
@@ -239,13 +231,6 @@ def _own_hessian(
     )  # fmt: skip
     columns, boundary = model.layout.boundary_columns, model.at_start
     H += boundary.T @ posture[np.ix_(columns, columns)] @ boundary
-    lasts = model.along("duration")
-    if lasts is not None and not shifts:
-        T, h = step.duration, step.hinges
-        spline = SplineInX(model.basis, T, step.coefficients, derivatives.coefficients, lasts)
-        H += spline.hessian(back.by_order[:, :, h:])
-        for number, one in enumerate(derivatives.turns):
-            H += one.spline(T, lasts).hessian(back.by_order[:, :, number : number + 1])
     return H
 
 
@@ -327,42 +312,6 @@ def local_hessian(
     for what, reading in derivatives.optional.items():
         qq += reading.hessian(first[what])
     return replace(effort, qq=qq)
-
-
-def _motion_hessian(
-    model: StepModel, step: Step, derivatives: StepDerivatives, local: InverseDynamicsHessian
-) -> Array:
-    """Sum over the instants of (d motion / d x)' local (d motion / d x), shape (P, P).
-
-    The motion of every joint is the same linear map of its own K spline coefficients. Summed over
-    the instants first, the local Hessians become one table of pairs of coefficients and pairs of
-    joints: less than half of the time of a Hessian with 21 joints. Only its symmetric part counts.
-    """
-    if step.hinges:  # the foot's turn has another map
-        motion = derivatives.motion
-        return np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
-    basis = model.basis.at(step.duration)
-    (count, _, width), n = basis.shape, model.layout.joints
-    q, dq, _ = basis.swapaxes(0, 1)[:, :, :, None]
-    pairs = np.empty((count, 4, width, width))
-    np.multiply(q, basis[:, None, 0], out=pairs[:, 0])
-    np.multiply(2.0 * q, basis[:, None, 1], out=pairs[:, 1])  # and its transpose
-    np.multiply(dq, basis[:, None, 1], out=pairs[:, 2])
-    np.multiply(2.0 * q, basis[:, None, 2], out=pairs[:, 3])
-    by_pair = np.stack([local.qq, local.qv, local.vv, local.qa], axis=1)
-    table = pairs.reshape(-1, width**2).T @ by_pair.reshape(-1, n**2)
-    table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
-    coefficients = derivatives.coefficients.reshape(width * n, -1)
-    H = coefficients.T @ (table @ coefficients)
-    lasts = model.along("duration")
-    if lasts is not None:  # the map itself depends on it
-        stretched = (model.basis.at(step.duration, 1) @ step.coefficients).reshape(count, -1, 1)
-        felt = local.whole @ stretched
-        on_coefficients = basis.reshape(-1, width).T @ felt.reshape(-1, n)
-        mixed = on_coefficients.ravel() @ coefficients
-        both = np.outer(lasts, mixed)
-        H += both + both.T + float(np.sum(stretched * felt)) * np.outer(lasts, lasts)
-    return np.asarray(H)
 
 
 def _impact_vjp(

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import EvaluationError
@@ -42,6 +43,7 @@ from gaitopt.gait.spline import (
     Basis,
     SplineInX,
     jumping_spline,
+    on_coefficients,
     spline_basis,
 )
 from gaitopt.gait.step import (
@@ -58,6 +60,7 @@ from gaitopt.mechanics.foot_flat import FlatImpact, FlatJump
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
+from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
 from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives, SupportState
 from gaitopt.mechanics.spatial import cross_force, cross_motion
 from gaitopt.model.robot import Robot, cached_workspace
@@ -198,6 +201,14 @@ class StepModelBase:
             turns.append((self.foot_turn, z[self.layout.turn]))
         return turns
 
+    def sampled(self, step: Step) -> tuple[NDArray[np.int_], Array]:
+        """Return the quadrature nodes while a foot swings, and their times since it left [s].
+
+        Both have the shape (k,).
+        """
+        nodes = np.arange(self.grid.nodes)
+        return nodes, self.grid.instants[nodes] * step.duration
+
     def along(self, name: str) -> Array | None:
         """Return the derivatives of a geometric quantity in x, shape (P,); None where fixed."""
         column = self.layout.index(name)
@@ -281,7 +292,9 @@ class StepModel(StepModelBase):
     ) -> None:
         """Prepare what does not depend on x; arguments and errors as of `StepModelBase`."""
         super().__init__(robot, layout, grid, optional, schedule, chart, before)
-        knots = self.schedule.knots(layout.postures)
+        self.knots: Array = self.schedule.knots(layout.postures)
+        """Shares of the step between which its motion is smooth, shape (m,)."""
+        knots = self.knots
         self.basis: Basis = spline_basis(knots, grid.instants)
         self._flat_impact: FlatImpact | None = None
         if self.schedule.slapping and self.line is not None:
@@ -326,6 +339,10 @@ class StepModel(StepModelBase):
         """Derivatives in x of the posture and of the foot's rate at that impact, (n + 1, P)."""
         found: Array = self.chart.matrix[self._at_flat]
         return found
+
+    def swing_duration(self, step: Step) -> float:
+        """Return for how long one foot swings [s]."""
+        return step.duration
 
     def landing(self, opening: Opening, following: Opening) -> Landing:
         """Return the end of the step and the impact, Eqs. (26) and (16) to (20).
@@ -548,6 +565,86 @@ class StepModel(StepModelBase):
     def _front_jacobian(self, size: int) -> Array:
         """Derivatives of the wrench on a second foot that stands in x, (N, 6, P); or none."""
         return np.zeros((self.grid.count, 0, size))
+
+    def add_front_gradient(
+        self, step: Step, derivatives: StepDerivatives, effort: Array, by_order: Array
+    ) -> None:
+        """Add what a second foot that stands takes off weighed efforts; here none does.
+
+        Args:
+            step, derivatives: of the step.
+            effort: weights of wrench and torques, shape (N, 6 + h + n).
+            by_order: gradient in (q, dq, ddq), the foot's turn before each, (N, 3, h + n).
+        """
+
+    def on_coefficients(self, step: Step, by_order: Array) -> Array:
+        """Return what a gradient in (q, dq, ddq) weighs on the joints' coefficients, (k + 4, n).
+
+        Args:
+            step: the step.
+            by_order: as of `add_front_gradient`.
+        """
+        return on_coefficients(self.basis, step.duration, by_order[:, :, step.hinges :])
+
+    def motion_hessian(
+        self,
+        step: Step,
+        derivatives: StepDerivatives,
+        local: InverseDynamicsHessian,
+        by_order: Array,
+        effort: Array,
+    ) -> Array:
+        """Return what the motion bends of the function that weights differentiate, shape (P, P).
+
+        Args:
+            step, derivatives: of the step.
+            local: Hessian in (q, dq, ddq) at the instants.
+            by_order, effort: gradient there and weights, as of `add_front_gradient`.
+        """
+        del effort  # no second foot takes a part of it
+        T, h, lasts = step.duration, step.hinges, self.along("duration")
+        H = self._in_pairs(step, derivatives, local)
+        if lasts is not None:
+            spline = SplineInX(self.basis, T, step.coefficients, derivatives.coefficients, lasts)
+            H += spline.hessian(by_order[:, :, h:])
+            for number, one in enumerate(derivatives.turns):
+                H += one.spline(T, lasts).hessian(by_order[:, :, number : number + 1])
+        return H
+
+    def _in_pairs(
+        self, step: Step, derivatives: StepDerivatives, local: InverseDynamicsHessian
+    ) -> Array:
+        """Sum over the instants of (d motion / d x)' local (d motion / d x), shape (P, P).
+
+        The motion of every joint is the same linear map of its own K spline coefficients. Summed
+        over the instants first, the local Hessians become one table of pairs of coefficients and
+        pairs of joints: less than half of the time of a Hessian with 21 joints. Only its symmetric
+        part counts.
+        """
+        if step.hinges:  # the foot's turn has another map
+            motion = derivatives.motion
+            return np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
+        basis = self.basis.at(step.duration)
+        (count, _, width), n = basis.shape, self.layout.joints
+        q, dq, _ = basis.swapaxes(0, 1)[:, :, :, None]
+        pairs = np.empty((count, 4, width, width))
+        np.multiply(q, basis[:, None, 0], out=pairs[:, 0])
+        np.multiply(2.0 * q, basis[:, None, 1], out=pairs[:, 1])  # and its transpose
+        np.multiply(dq, basis[:, None, 1], out=pairs[:, 2])
+        np.multiply(2.0 * q, basis[:, None, 2], out=pairs[:, 3])
+        by_pair = np.stack([local.qq, local.qv, local.vv, local.qa], axis=1)
+        table = pairs.reshape(-1, width**2).T @ by_pair.reshape(-1, n**2)
+        table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
+        coefficients = derivatives.coefficients.reshape(width * n, -1)
+        H = coefficients.T @ (table @ coefficients)
+        lasts = self.along("duration")
+        if lasts is not None:  # the map itself depends on it
+            stretched = (self.basis.at(step.duration, 1) @ step.coefficients).reshape(count, -1, 1)
+            felt = local.whole @ stretched
+            weights = basis.reshape(-1, width).T @ felt.reshape(-1, n)
+            both = np.outer(lasts, weights.ravel() @ coefficients)
+            H += both + both.T + float(np.sum(stretched * felt)) * np.outer(lasts, lasts)
+        return np.asarray(H)
 
 
 @dataclass(frozen=True)

@@ -345,10 +345,7 @@ class TransitionProblem(WalkProblem):
     def breaks(self) -> Array:
         """Shares of the transition between which every quantity is smooth, shape (k,)."""
         each = zip(self.edges, np.diff(self.edges), self.models, strict=False)
-        found = [
-            begin + length * (one.knots if isinstance(one, ShiftStepModel) else one.basis.knots)
-            for begin, length, one in each
-        ]
+        found = [begin + length * one.knots for begin, length, one in each]
         return np.unique(np.concatenate([knots[:-1] for knots in found] + [[1.0]]))
 
     @property
