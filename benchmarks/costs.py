@@ -21,8 +21,7 @@ from gaitopt.design.starts import design_gait
 from gaitopt.design.summary import energies_per_step, summarise
 from gaitopt.gait import quantities
 from gaitopt.gait.costs import CostContext, TorqueCost, TorqueRate
-from gaitopt.view.figure_style import label_axes, new_figure, styled
-from gaitopt.view.figures import rendered
+from gaitopt.view.figure_style import label_axes, new_figure, rendered, styled
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "images" / "costs.png"

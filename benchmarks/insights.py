@@ -27,8 +27,7 @@ from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import GaitoptError
 from gaitopt.importers.text_files import parse_toml
-from gaitopt.view.figure_style import LIMIT, SWING, label_axes, new_figure, styled
-from gaitopt.view.figures import rendered
+from gaitopt.view.figure_style import LIMIT, SWING, label_axes, new_figure, rendered, styled
 
 ROOT = Path(__file__).parents[1]
 TEXTS = Path(__file__).with_suffix(".toml")

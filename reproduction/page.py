@@ -15,7 +15,7 @@ import numpy as np
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.nlp import Array
-from gaitopt.view.figures import rendered
+from gaitopt.view.figure_style import rendered
 from reproduction.consequences import EULER_SAMPLES, SINK
 from reproduction.figures import REPRODUCTION_FIGURES, reproduction_figure
 from reproduction.gradients import CAP, DIFFERENCES, EXACT, NEAR, SOLVER, Comparison

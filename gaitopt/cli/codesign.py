@@ -151,10 +151,14 @@ def study_of(
     base = make_request(given, config)
     spec = biped_spec(base.settings) or make_robot(base.settings)
     cases, maker = [], _robot_maker if isinstance(spec, BipedSpec) else _file_robot_maker
+    makers = dict[str, Callable[[Mapping[str, float]], Robot]]()
     for label, weight, own in _asked_walks(speeds, walks):
         settings = {**base.settings, **own}
         task = make_request(settings, None).task
-        cases.append(WalkCase(label, weight, task, maker(settings)))
+        of_robot = repr(sorted((k, v) for k, v in own.items() if k in SCHEMA["robot"]))
+        if of_robot not in makers:
+            makers[of_robot] = maker(settings)
+        cases.append(WalkCase(label, weight, task, makers[of_robot]))
     if not vary:
         raise InputError("a co-design needs numbers to choose: --vary shin=25cm:35cm, repeatable")
     motors = _motors(base, vary)
@@ -180,7 +184,7 @@ def _file_robot_maker(settings: Settings) -> Callable[[Mapping[str, float]], Rob
     return lambda values: Robot.from_urdf(robot.urdf, choices=with_proportions(robot, own, values))
 
 
-def _robot_maker(settings: Settings) -> Any:
+def _robot_maker(settings: Settings) -> Callable[[Mapping[str, float]], Robot]:
     own = dict(settings.get("set", {}))
     return lambda values: make_robot({**settings, "set": {**own, **values}})
 
@@ -268,7 +272,8 @@ def study_record(study: Study) -> dict[str, Any]:
     return {
         "variables": [[v.name, v.lower, v.upper, v.start] for v in study.variables],
         "walks": [
-            [case.label, case.weight, _print_of(*study.walk(case, start))] for case in study.walks
+            [case.label, case.weight, _print_of(*walk)]
+            for case, walk in zip(study.walks, study.each(start), strict=True)
         ],
         "keep_leg": study.keep_leg,
     }

@@ -123,7 +123,7 @@ def _finite(value: float, form: str) -> str:
 
 
 def _write(runs: Sequence[SolverRun], output: Path) -> None:
-    from gaitopt.view.convergence_figure import write_convergence_figure
+    from gaitopt.view.comparison_figures import write_convergence_figure
 
     output.mkdir(parents=True, exist_ok=True)
     record = {"solvers": [one.record() for one in runs]}

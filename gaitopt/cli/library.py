@@ -65,7 +65,7 @@ def run_list(
         return
     rows = [selected(library.rows, where) for library in libraries]
     if plot is not None:
-        from gaitopt.view.library_figures import write_library_figure
+        from gaitopt.view.comparison_figures import write_library_figure
 
         labels = [""] if len(libraries) == 1 else [str(directory) for directory in directories]
         if libraries[0].cost != libraries[-1].cost:

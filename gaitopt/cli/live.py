@@ -30,7 +30,7 @@ from gaitopt.view.animation import Scene, build_scene
 from gaitopt.view.curves import curves
 from gaitopt.view.live_server import Message, Slider, serve
 from gaitopt.view.page import details, film, gait_page, headline
-from gaitopt.view.viewer import LOCAL, Recorder, is_local, meshcat, page_file
+from gaitopt.view.viewer import LOCAL, RecordingWindow, is_local, meshcat, page_file
 
 STEPS = 2  # that the page shows; every answer carries them
 PATIENCE = 0.3  # s that a walk may take before newer settings end it
@@ -88,7 +88,7 @@ class LiveWalk:
 
     def page(self) -> str:
         """Return the page with the last certified walk."""
-        recorder = Recorder()
+        recorder = RecordingWindow()
         gait = self._design.gait
         scene = build_scene(meshcat.Visualizer(window=recorder), gait, STEPS)
         self._scene = scene
@@ -213,7 +213,7 @@ class LiveWalk:
         """Yield the curves of a walk, which are wanted first, then its picture and tables."""
         words = {**headline(gait), "verdict": html_text(verdict)}
         yield {"kind": "walk", "curves": curves(gait), "words": words, "text": told}
-        recorder = Recorder()
+        recorder = RecordingWindow()
         drawn = None if self._scene is None else self._scene.shapes
         scene = build_scene(meshcat.Visualizer(window=recorder), gait, STEPS, drawn=drawn)
         yield {

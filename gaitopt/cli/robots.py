@@ -23,7 +23,8 @@ from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_so
 from gaitopt.cli.results import require_files
 from gaitopt.escape import printable
 from gaitopt.model.robot import Robot
-from gaitopt.view.inspection import Inspection, Section, inspect_robot, sections
+from gaitopt.view.inspection import Inspection, inspect_robot, sections
+from gaitopt.view.page_parts import Section
 
 _STYLES = {"guessed": "yellow", "warning": "bold yellow", "changed": "cyan", "given": "green"}
 _MOST = 4  # rows about one thing on the screen; a page shows all

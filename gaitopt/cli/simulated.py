@@ -16,7 +16,7 @@ from gaitopt.simulate.disturbance import Push
 from gaitopt.simulate.mujoco_model import SimulatedRobot, simulated_robot
 from gaitopt.simulate.walk import SimulatedWalk
 from gaitopt.view.animation import Replay, ShownPush
-from gaitopt.view.inspection import Section
+from gaitopt.view.page_parts import Section
 from gaitopt.view.simulated_page import write_simulated_page
 
 FRAMES = 30.0  # Hz, of the postures that are kept for them

@@ -310,15 +310,23 @@ class Study:
         ratios = {k.removeprefix(MOTORS): v for k, v in parameters.items() if k.startswith(MOTORS)}
         return self.motors.changed(ratios) if self.motors is not None and ratios else None
 
-    def walk(self, case: WalkCase, parameters: Mapping[str, float]) -> tuple[Robot, Task]:
-        """Return robot and task of a walk with parameters as set."""
-        robot, drives = case.robot(_of_body(parameters)), self.drives(parameters)
+    def each(self, parameters: Mapping[str, float]) -> list[tuple[Robot, Task]]:
+        """Return robot and task of every walk with parameters as set; one maker makes one robot."""
+        drives, makers = self.drives(parameters), dict.fromkeys(one.robot for one in self.walks)
+        robots = {make: self._driven(make(_of_body(parameters)), drives) for make in makers}
+        tasks = [
+            one.task if drives is None else with_motors(one.task, drives) for one in self.walks
+        ]
+        return [(robots[one.robot], task) for one, task in zip(self.walks, tasks, strict=True)]
+
+    def _driven(self, robot: Robot, drives: MotorTable | None) -> Robot:
+        """Return a robot with the rotors of motors whose ratios are chosen."""
         if drives is None:
-            return robot, case.task
+            return robot
         limits = drives.with_rotors(robot.choices.limits)
         driven = Robot.from_urdf(robot.urdf, choices=replace(robot.choices, limits=limits))
         self._check_joints(driven, drives)
-        return driven, with_motors(case.task, drives)
+        return driven
 
     def _check_joints(self, robot: Robot, drives: MotorTable) -> None:
         """Check that pairs of joints share a ratio, and that rotor inertias follow those chosen."""
@@ -509,32 +517,40 @@ class WarmWalks:
         self.problems = [problem_of(gait) for gait in first]
         self.points = [(gait.parameters, _multipliers(gait)) for gait in first]
         self.values = np.array([v.start for v in study.variables])
+        self._made = dict[bytes, list[tuple[Robot, Task]]]()
+
+    def _walks(self, values: Array) -> list[tuple[Robot, Task]]:
+        """Robot and task of every walk at values (k,); those of the last two designs are kept."""
+        key = values.tobytes()
+        if key not in self._made:
+            kept = list(self._made.items())[-1:]
+            self._made = dict([*kept, (key, self.study.each(self.study.parameters(values)))])
+        return self._made[key]
 
     def trial(self, values: Array, near: Trial | None) -> Trial | None:
         """Solve all walks at values (k,) of the variables, from those of a trial near by."""
-        started, parameters = time.perf_counter(), self.study.parameters(values)
-        points, costs, evaluations = [], [], 0
+        started, points, costs, evaluations = time.perf_counter(), [], [], 0
         gradient = np.zeros(values.size)
         before, of = self.points, self.values
         if near is not None and near.round == self.round:
             before, of = list(near.points), near.values
-        old = self.study.parameters(of)
-        for case, known, (x, y) in zip(self.study.walks, self.problems, before, strict=True):
-            try:
-                problem = WalkProblem(*self.study.walk(case, parameters), known.grid)
-                known = WalkProblem(*self.study.walk(case, old), known.grid)
-                found = self._solved(problem, known, x, y)
+        try:
+            old, new = self._walks(of), self._walks(values)
+            for k, (case, (x, y)) in enumerate(zip(self.study.walks, before, strict=True)):
+                grid = self.problems[k].grid
+                problem = WalkProblem(*new[k], grid)
+                found = self._solved(problem, WalkProblem(*old[k], grid), x, y)
                 evaluations += found.evaluations
                 if found.status is not Status.OPTIMAL:
                     return None
                 at = Envelope(problem, found.x, found.multipliers)
                 gradient += case.weight * self.study.rates(at, values)
-            except (EvaluationError, InputError, RobotError) as error:
-                if near is None and isinstance(error, InputError):
-                    raise  # where the search begins, to be told
-                return None
-            points.append((found.x, found.multipliers))
-            costs.append(found.cost)
+                points.append((found.x, found.multipliers))
+                costs.append(found.cost)
+        except (EvaluationError, InputError, RobotError) as error:
+            if near is None and isinstance(error, InputError):
+                raise  # where the search begins, to be told
+            return None
         weights = [case.weight for case in self.study.walks]
         return Trial(
             values, float(np.dot(weights, costs)), gradient, np.array(costs), evaluations,
@@ -556,9 +572,9 @@ class WarmWalks:
         A walk that was followed from design to design may have become one of several local optima;
         the best of some starts takes its place. Returns whether a walk's cost has changed by that.
         """
-        parameters, moved, points = self.study.parameters(best.values), 0.0, []
-        for k, (case, (x, y)) in enumerate(zip(self.study.walks, best.points, strict=True)):
-            (robot, task), solver = self.study.walk(case, parameters), SQP(tolerance=_INNER)
+        moved, points = 0.0, []
+        for k, (walk, (x, y)) in enumerate(zip(self._walks(best.values), best.points, strict=True)):
+            (robot, task), solver = walk, SQP(tolerance=_INNER)
             problem = WalkProblem(robot, task, self.problems[k].grid)
             found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
             problem, found = refine(problem, found, solver, stop=self.stop)
@@ -575,9 +591,9 @@ class WarmWalks:
 
     def finished(self, values: Array) -> Iterator[Gait]:
         """Yield the walks at values of the variables, shape (k,), certified."""
-        parameters = self.study.parameters(values)
-        for case, known, (x, y) in zip(self.study.walks, self.problems, self.points, strict=True):
-            problem = WalkProblem(*self.study.walk(case, parameters), known.grid)
+        each = zip(self._walks(values), self.problems, self.points, strict=True)
+        for walk, known, (x, y) in each:
+            problem = WalkProblem(*walk, known.grid)
             solver = SQP(tolerance=_INNER)
             found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
             yield complete(problem, found, self.options, stop=self.stop).gait
@@ -668,9 +684,8 @@ def first_walks(
         NoGaitFoundError: it cannot do one of them.
     """
     parameters = study.parameters(np.array([v.start for v in study.variables]))
-    for case in study.walks:
+    for case, (robot, task) in zip(study.walks, study.each(parameters), strict=True):
         try:
-            robot, task = study.walk(case, parameters)
             yield many_starts(robot, task, options, count=starts, stop=stop).design.gait
         except GaitoptError as error:
             begin = "; or begin where it can walk: NAME=LOWER:UPPER:START"

@@ -290,7 +290,7 @@ class Gait(Recorded):
 
         How a gait looks is none of this module's business, but notebooks ask the object itself.
         """
-        shown: str | None = import_module("gaitopt.view.notebook").gait_html(self)
+        shown: str | None = import_module("gaitopt.view.page").gait_html(self)
         return shown
 
     @property

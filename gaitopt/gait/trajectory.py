@@ -263,6 +263,11 @@ class Trajectory:
         )
 
     @property
+    def breaks(self) -> Array:
+        """Times within a period at which a phase begins or ends [s], shape (k + 1,)."""
+        return np.append(0.0, self.changes)
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints of samples, all of the file."""
         return self.body.joint_names

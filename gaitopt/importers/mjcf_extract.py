@@ -16,8 +16,8 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.mjcf_compile import Compilation, element_named, refusal_of
 from gaitopt.importers.mjcf_joints import (
     FREE,
+    CompiledPassives,
     Equality,
-    PassiveJoints,
     active_equalities,
     actuator_forces,
 )
@@ -157,7 +157,7 @@ class _Extraction:
         self.root, *self.others = self.bodies.robots()
         self.data = compiled.mujoco.MjData(self.model)
         compiled.mujoco.mj_kinematics(self.model, self.data)  # of the posture as drawn
-        self.forces, self.passive = actuator_forces(compiled), PassiveJoints(compiled)
+        self.forces, self.passive = actuator_forces(compiled), CompiledPassives(compiled)
         self.joint_names = _names("joint", (self.model.joint(j) for j in range(self.model.njnt)))
         self.body_names = _names("body", (self.model.body(b) for b in range(self.model.nbody)))
         self.paired = {int(g) for g in [*self.model.pair_geom1, *self.model.pair_geom2]}

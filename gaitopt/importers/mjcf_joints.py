@@ -256,7 +256,7 @@ def _tendon_joints(compiled: Compilation, tendon: int) -> frozenset[int]:
     return _between(compiled, bodies) if bodies else frozenset()
 
 
-class PassiveJoints:
+class CompiledPassives:
     """Armature, damping, friction and springs of joints, with those of tendons and actuators.
 
     Tendons count that depend on one joint alone; of others `left_out` tells.

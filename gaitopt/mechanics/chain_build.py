@@ -26,7 +26,7 @@ from gaitopt.nlp import Array
 
 
 @dataclass(frozen=True)
-class Bodies:
+class LinkMasses:
     """Mass properties of rigid links at the zero posture, all in one common frame.
 
     Attributes:
@@ -135,9 +135,9 @@ def _motion(model: pin.Model, joint: int) -> tuple[Array, float]:
     raise RobotError(f"joint '{model.names[joint]}' must be revolute or prismatic")
 
 
-def _bodies_of_model(model: pin.Model, joints: list[int], places: list[pin.SE3]) -> Bodies:
+def _bodies_of_model(model: pin.Model, joints: list[int], places: list[pin.SE3]) -> LinkMasses:
     bodies = [place.act(model.inertias[joint]) for joint, place in zip(joints, places, strict=True)]
-    return Bodies(
+    return LinkMasses(
         masses=np.array([body.mass for body in bodies]),
         coms=np.array([body.lever for body in bodies]),
         inertias=np.array([body.inertia for body in bodies]),
@@ -147,7 +147,7 @@ def _bodies_of_model(model: pin.Model, joints: list[int], places: list[pin.SE3])
 def chain_from_axes(
     origins: Array,
     axes: Array,
-    bodies: Bodies,
+    bodies: LinkMasses,
     tool: tuple[Array, Array],
     *,
     sigma: Array | None = None,
@@ -212,7 +212,7 @@ def zero_posture(joints: JointTable) -> tuple[Array, Array]:
     return placements(*transforms(*table), joints.antecedent)
 
 
-def link_table(rotations: Array, origins: Array, bodies: Bodies) -> LinkTable:
+def link_table(rotations: Array, origins: Array, bodies: LinkMasses) -> LinkTable:
     """Express bodies given in the stance sole frame in the link frames, about their origins.
 
     Args:

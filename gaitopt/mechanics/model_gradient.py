@@ -42,7 +42,7 @@ _SKEW_PARTS = skew(np.eye(3))
 
 
 @dataclass(frozen=True)
-class Bodies:
+class PlacedBodies:
     """The n + 1 bodies of a model rooted at its stance foot, that foot first, at N postures.
 
     Attributes:
@@ -87,10 +87,10 @@ class BodyModel:
         self._frames, self._tree = ForwardKinematics(model), tree
         self._pseudo = pseudo_inertias(model)
 
-    def at(self, q: Array) -> Bodies:
+    def at(self, q: Array) -> PlacedBodies:
         """Return the bodies at postures q (N, n)."""
         placed = self._frames.placed(q)
-        return Bodies(placed, world_inertias(self._pseudo, placed.frames), self._tree)
+        return PlacedBodies(placed, world_inertias(self._pseudo, placed.frames), self._tree)
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class DynamicsGradient:
     base: Array
 
 
-def dynamics_gradient(bodies: Bodies, at: WeightedDynamics) -> DynamicsGradient:
+def dynamics_gradient(bodies: PlacedBodies, at: WeightedDynamics) -> DynamicsGradient:
     """Return the derivatives of the weighted inverse dynamics in the model.
 
     Args:
@@ -166,7 +166,7 @@ def _of_moments(W: Array, A: Array, V: Array, turned: Array) -> tuple[Array, Arr
     return mass, first, second
 
 
-def landing_gradient(bodies: Bodies, impact: WeightedImpact) -> tuple[Array, Array]:
+def landing_gradient(bodies: PlacedBodies, impact: WeightedImpact) -> tuple[Array, Array]:
     """Return the derivatives of l . (-J' I, J V+) in displacements, forces in the world.
 
     Args:

@@ -197,7 +197,7 @@ def transition_frames(transition: Transition) -> TrajectorySamples:
         InputError: there are too many frames.
     """
     trajectory = transition.trajectory
-    ends = np.array([0.0, *trajectory.changes])
+    ends = trajectory.breaks
     near = min(float(np.diff(step.time).max()) for step in transition.steps)
     counts = np.ceil(np.diff(ends) / near).astype(int) + 1
     at_most(int(counts.sum()), FRAMES, "frames")
@@ -460,7 +460,7 @@ def _footprints(gait: Gait | Transition, steps: int) -> list[tuple[int, Array]]:
     if not isinstance(gait, Transition):
         standing = trajectory.at((np.arange(steps) + 1e-6) * gait.duration).standing
         return [(int(f), trajectory.advance(k).homogeneous) for k, f in enumerate(standing)]
-    samples = trajectory.at(np.concatenate([[0.0], trajectory.changes]), before=True)
+    samples = trajectory.at(trajectory.breaks, before=True)
     found = list[tuple[int, Array]]()
     for k in range(len(samples.time)):
         for foot in np.flatnonzero(samples.contact[k]):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 
 from gaitopt.atomic import write_atomically
 from gaitopt.escape import html_text
-from gaitopt.view.figure_style import label_axes, new_figure, styled
-from gaitopt.view.figures import rendered
+from gaitopt.view.figure_style import label_axes, new_figure, rendered, styled
+from gaitopt.view.page_parts import Section, table_text
 
+_WALKS = ("walk", "weight", "before", "after", "change", "certified")
 _STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:54rem;margin:2rem auto;padding:0 1rem}
 table{border-collapse:collapse;margin:1rem 0}td,th{padding:.2rem .8rem;text-align:right;
 border-bottom:1px solid #ccc}td:first-child,th:first-child{text-align:left}img{max-width:100%}
@@ -35,17 +36,17 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
         InputError: the file cannot be written.
     """
     unit, share = summary["cost_unit"], summary["after"] / summary["before"] - 1.0
-    moved = [
+    moved = tuple(
         (name.replace("_", " "), f"{one['of_the_robot']:.4g}", f"{one['begun_at']:.4g}",
          f"{one['found']:.4g}", one["unit"])
         for name, one in summary["parameters"].items()
-    ]  # fmt: skip
-    walks = [
+    )  # fmt: skip
+    walks = tuple(
         (walk["walk"], f"{walk['weight']:g}", f"{walk['before']:.5g}", f"{walk['after']:.5g}",
          f"{100.0 * (walk['after'] / walk['before'] - 1.0):+.1f} %",
          "yes" if walk["certified"] else "no")
         for walk in summary["walks"]
-    ]  # fmt: skip
+    )  # fmt: skip
     with styled():
         picture = base64.b64encode(rendered(codesign_figure(summary), "png")).decode()
     held = summary["held"] or ["No range holds it: the gradient vanishes inside all of them."]
@@ -54,10 +55,8 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
         f"<p>Cost of all walks: {summary['before']:.6g} to {summary['after']:.6g} "
         f"{html_text(unit)}, {100.0 * share:+.2f} %, in {len(summary['trials'])} designs and "
         f"{summary['evaluations']} evaluations of walks.</p>",
-        "<h2>What moved</h2>",
-        _table(("", "of the robot", "begun at", "found", ""), moved),
-        "<h2>Before and after</h2>",
-        _table(("walk", "weight", "before", "after", "change", "certified"), walks),
+        table_text(Section("What moved", ("", "of the robot", "begun at", "found", ""), moved)),
+        table_text(Section("Before and after", _WALKS, walks)),
         f'<img alt="cost of every walk and of every design" src="data:image/png;base64,{picture}">',
         "<h2>What holds it</h2>",
         "<ul>" + "".join(f"<li>{html_text(text)}</li>" for text in held) + "</ul>",
@@ -67,12 +66,6 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
         f"<style>{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
     )
     return write_atomically(path, page.encode())
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = ["".join(f"<th>{html_text(cell)}</th>" for cell in head)]
-    lines += ["".join(f"<td>{html_text(cell)}</td>" for cell in row) for row in rows]
-    return "<table>" + "".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
 
 
 def codesign_figure(summary: Mapping[str, Any]) -> Figure:

@@ -5,6 +5,8 @@ What must be told apart has Okabe & Ito's colours (2008): by any colour vision, 
 
 from __future__ import annotations
 
+import io
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +15,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.escape import printable
 
@@ -97,3 +100,29 @@ def label_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
     axes.set_ylabel(y)
     if title:
         axes.set_title(title, loc="left")
+
+
+def write_figure(path: Path, draw: Callable[[], Figure]) -> Path:
+    """Write what a function draws, in the form that the file's suffix names; return the path.
+
+    Raises:
+        InputError: the suffix is of no figure, or the file cannot be written.
+    """
+    kind = kind_of(path)
+    with styled():
+        figure = draw()
+    return write_atomically(path, rendered(figure, kind))
+
+
+def rendered(figure: Figure, kind: str) -> bytes:
+    """Return a figure as a file of a kind: "png", "svg" or "pdf"."""
+    buffer = io.BytesIO()
+    engine = figure.get_layout_engine()
+    # without the date, equal gaits give equal figures
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+    with styled():
+        if engine is not None:  # left to savefig, it would draw everything once more to lay it out
+            engine.execute(figure)
+            figure.set_layout_engine(None)
+        figure.savefig(buffer, format=kind, metadata=metadata)
+    return buffer.getvalue()

@@ -92,8 +92,7 @@ def _draw(gait: Gait, directory: Path) -> list[Path]:
 
 
 def _get_ready() -> None:
-    from gaitopt.view.figure_style import new_figure
-    from gaitopt.view.figures import rendered
+    from gaitopt.view.figure_style import new_figure, rendered
 
     figure = new_figure(1.0, 1.0)
     figure.subplots()

@@ -6,7 +6,6 @@ Motion as stick figures (Figs. 4 and 9), ground force and friction (Fig. 5), cen
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -55,11 +54,14 @@ from gaitopt.view.figure_style import (
     label_axes,
     name_on_figure,
     new_figure,
+    rendered,
     styled,
 )
 from gaitopt.view.stick_figures import StickFigures, stick_figures, trunk_top
 from gaitopt.view.transition_figures import TRANSITION_FIGURES
 
+_SUPERPOSED = 9  # stick figures of one step
+_IN_A_ROW, _PER_STEP = 3, 6  # steps of a walk, and stick figures in each
 _FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid
 _AROUND = 0.012  # m, shown around the sole
 _COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.95, 0.9  # inch: figure, panel; text above and below
@@ -71,24 +73,19 @@ _LINES = ("-", "--")  # of a step, and of the second of a stride
 _STEPS = ("", ", 2nd step mirrored")
 
 
-def step_figure(gait: Gait, count: int = 9) -> Figure:
-    """Draw one step as superposed stick figures, side and front view (Fig. 4).
-
-    Args:
-        gait: one step.
-        count: number of stick figures, at equal times.
-    """
-    indices = np.linspace(0, len(gait.time) - 1, count).round().astype(int)
+def step_figure(gait: Gait) -> Figure:
+    """Draw one step as superposed stick figures at equal times, side and front view (Fig. 4)."""
+    indices = np.linspace(0, len(gait.time) - 1, _SUPERPOSED).round().astype(int)
     along, standing = _sticks(gait, gait.time, before=gait.time > 0.0)
     whole = along.turned(upright(gait.trajectory.body.gravity))
     seen = {SIDE: whole.at(indices), FRONT: along.at(indices)}  # along the ground from behind
     figure = new_figure(6.6, 4.9)
     spans = [np.ptp(reach(sticks, view)) for view, sticks in seen.items()]  # for both to one scale
     side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
-    opacity = np.linspace(_FAINT, 1.0, count)
+    opacity = np.linspace(_FAINT, 1.0, _SUPERPOSED)
     for axes, view in ((side, SIDE), (front, FRONT)):
         draw_ground(axes, seen[view], view, gait)
-        for index in range(count):
+        for index in range(_SUPERPOSED):
             draw_sticks(
                 axes, seen[view], index, view, float(opacity[index]), standing[indices[index]]
             )
@@ -106,28 +103,22 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     return figure
 
 
-def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
-    """Draw several steps as a row of stick figures (Fig. 9).
-
-    Args:
-        gait: one step.
-        steps: number of steps.
-        per_step: number of stick figures in each step.
-    """
-    inside = np.linspace(0, len(gait.time) - 1, per_step + 1).round().astype(int)[:-1]
-    times = [gait.time[inside] + k * gait.duration for k in range(steps)]
-    along, standing = _sticks(gait, np.append(np.concatenate(times), steps * gait.duration))
+def walking_figure(gait: Gait) -> Figure:
+    """Draw several steps as a row of stick figures (Fig. 9)."""
+    inside = np.linspace(0, len(gait.time) - 1, _PER_STEP + 1).round().astype(int)[:-1]
+    times = [gait.time[inside] + k * gait.duration for k in range(_IN_A_ROW)]
+    along, standing = _sticks(gait, np.append(np.concatenate(times), _IN_A_ROW * gait.duration))
     sticks = along.turned(upright(gait.trajectory.body.gravity))
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
     draw_ground(axes, sticks, SIDE, gait)
     for index in range(len(sticks.legs)):
-        opacity = 0.95 if index % per_step == 0 else 0.4
+        opacity = 0.95 if index % _PER_STEP == 0 else 0.4
         draw_sticks(axes, sticks, index, SIDE, opacity, standing[index])
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, gait, (gait.stance_sole, gait.swing_sole_frame))
     where = f" {words}" if (words := ground_words(gait)) else ""
-    figure.suptitle(f"{steps} steps at {gait.way}{where}; solid: the landings")
+    figure.suptitle(f"{_IN_A_ROW} steps at {gait.way}{where}; solid: the landings")
     return figure
 
 
@@ -392,17 +383,3 @@ def write_figures(
         for kind in formats:
             written.append(write_atomically(folder / f"{name}.{kind}", rendered(figure, kind)))
     return written
-
-
-def rendered(figure: Figure, kind: str) -> bytes:
-    """Return a figure as a file of a kind: "png", "svg" or "pdf"."""
-    buffer = io.BytesIO()
-    engine = figure.get_layout_engine()
-    # without the date, equal gaits give equal figures
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    with styled():
-        if engine is not None:  # left to savefig, it would draw everything once more to lay it out
-            engine.execute(figure)
-            figure.set_layout_engine(None)
-        figure.savefig(buffer, format=kind, metadata=metadata)
-    return buffer.getvalue()

@@ -23,6 +23,7 @@ from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+from gaitopt.view.page_parts import Section
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,23 +87,6 @@ Row = tuple[str, ...]
 
 _IN_THE_TABLE = ("legs", "pairs")  # topics whose plain facts the table of the legs shows
 _STRAIGHT = 1e-3  # rad
-
-
-@dataclass(frozen=True)
-class Section:
-    """One table.
-
-    Attributes:
-        title: of the table.
-        columns: their headers, ">" before those that hold numbers.
-        rows: texts.
-        how: for each row the `how` of its finding; empty if all are facts.
-    """
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[Row, ...]
-    how: tuple[str, ...] = ()
 
 
 def sections(inspection: Inspection) -> tuple[Section, ...]:

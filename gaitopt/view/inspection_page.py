@@ -16,10 +16,10 @@ from gaitopt.escape import filled_template, html_text
 from gaitopt.model.importer import ImportedRobot
 from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.nlp import Array
-from gaitopt.view.inspection import Inspection, Section, sections
-from gaitopt.view.notebook import Page
+from gaitopt.view.inspection import Inspection, sections
+from gaitopt.view.page_parts import Page, table_text
 from gaitopt.view.robot_shapes import draw_shape, unloaded
-from gaitopt.view.viewer import Recorder, geometry, meshcat, packed_viewer, page_file
+from gaitopt.view.viewer import RecordingWindow, geometry, meshcat, packed_viewer, page_file
 
 _ARROW = 0.14  # length of an axis, in heights of the robot
 _THICK = 0.006  # its radius, likewise
@@ -142,9 +142,6 @@ def _look_at(viewer: meshcat.Visualizer, data: pin.Data) -> None:
     viewer["/Cameras/default/rotated/<object>"].set_property("position", position)
 
 
-_SHORT = 24  # characters; a longer text may be broken
-
-
 def write_inspection(inspection: Inspection, path: str | Path) -> Path:
     """Write a page with the robot and everything known about it, complete in one file.
 
@@ -163,7 +160,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> Path:
 
 def inspection_text(inspection: Inspection) -> Page:
     """Return the text of the page of `write_inspection`; a notebook shows it."""
-    recorder = Recorder()
+    recorder = RecordingWindow()
     draw_inspection(meshcat.Visualizer(window=recorder), inspection)
     refusal = html_text(inspection.refusal)
     parts = {
@@ -176,32 +173,3 @@ def inspection_text(inspection: Inspection) -> Page:
         "@MESHCAT@": packed_viewer(),
     }
     return Page(filled_template(page_file("inspection.html"), parts))
-
-
-def table_text(section: Section) -> str:
-    """Return a section as a heading and a table of a page."""
-    classes = [' class="number"' if name.startswith(">") else "" for name in section.columns]
-    heads = "".join(
-        f"<th{kind}>{_lines(name.removeprefix('>'))}</th>"
-        for kind, name in zip(classes, section.columns, strict=True)
-    )
-    how = section.how or ("",) * len(section.rows)
-    rows = "".join(
-        f'<tr class="{sure}">{_cells(row, classes)}</tr>'
-        for row, sure in zip(section.rows, how, strict=True)
-    )
-    head = f"<tr>{heads}</tr>" if any(section.columns) else ""
-    table = f'<div class="table"><table>{head}{rows}</table></div>'
-    return f"<h2>{html_text(section.title)}</h2>{table}"
-
-
-def _cells(row: tuple[str, ...], classes: list[str]) -> str:
-    short = ' class="short"'
-    return "".join(
-        f"<td{kind or short if len(cell) < _SHORT else kind}>{_lines(cell)}</td>"
-        for kind, cell in zip(classes, row, strict=True)
-    )
-
-
-def _lines(text: str) -> str:
-    return "<br>".join(map(html_text, text.splitlines()))

@@ -13,6 +13,7 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.design.summary import payload_words, proof_rows, summarise
+from gaitopt.errors import GaitoptError
 from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait, Recorded
@@ -21,10 +22,8 @@ from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.curves import curves
-from gaitopt.view.inspection import Section
-from gaitopt.view.inspection_page import table_text
-from gaitopt.view.notebook import Page
-from gaitopt.view.viewer import Recorder, data_text, meshcat, packed_viewer, page_file
+from gaitopt.view.page_parts import Page, Section, table_text
+from gaitopt.view.viewer import RecordingWindow, data_text, meshcat, packed_viewer, page_file
 
 
 def write_page(
@@ -64,9 +63,17 @@ def page_text(
         InputError: steps < 1.
         RobotError: the robot cannot be drawn.
     """
-    recorder = Recorder()
+    recorder = RecordingWindow()
     scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
     return gait_page(gait, scene, recorder.text(), steps)
+
+
+def gait_html(gait: Gait) -> str | None:
+    """Return the page of a gait in a frame; None where the robot cannot be drawn."""
+    try:
+        return page_text(gait)._repr_html_()
+    except GaitoptError:
+        return None
 
 
 def gait_page(
@@ -265,7 +272,7 @@ def _phases(gait: Gait | Transition) -> Iterator[dict[str, object]]:
             yield _phase(phase.contact, (begin, end), 0, contact_words(phase.contact))
         return
     trajectory = gait.trajectory
-    ends = np.array([0.0, *trajectory.changes]) / trajectory.period
+    ends = trajectory.breaks / trajectory.period
     names = gait.phase_names
     middle = trajectory.at(0.5 * (ends[1:] + ends[:-1]) * trajectory.period)
     for k, name in enumerate(names):

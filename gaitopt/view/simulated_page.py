@@ -16,12 +16,10 @@ from gaitopt.gait.result import Gait
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
 from gaitopt.view.animation import PUSH, Replay, Scene, build_beside
-from gaitopt.view.inspection import Section
-from gaitopt.view.inspection_page import table_text
-from gaitopt.view.notebook import Page
 from gaitopt.view.page import details, film, headline, page_of
+from gaitopt.view.page_parts import Page, Section, table_text
 from gaitopt.view.robot_shapes import RobotShapes
-from gaitopt.view.viewer import Recorder, meshcat, page_file
+from gaitopt.view.viewer import RecordingWindow, meshcat, page_file
 
 Record = dict[str, Any]
 _PUSHED = f'<span class="mark" style="background:{PUSH}"></span> push, at the pelvis'
@@ -68,12 +66,12 @@ def simulated_page(
     """
     steps = int(np.ceil(max(one.time[-1] for one in replays) / gait.duration))
     at_most(steps, STEPS, "steps on a page", "simulate fewer --steps")
-    recorder = Recorder()
+    recorder = RecordingWindow()
     drawn: RobotShapes | None = None
     films: list[Record] = []
     first: Scene | None = None
     for replay in replays:
-        window = recorder if drawn is None else Recorder()
+        window = recorder if drawn is None else RecordingWindow()
         viewer = meshcat.Visualizer(window=window)
         scene = build_beside(viewer, gait, replay, steps, package_dirs, drawn)
         drawn, first = scene.shapes, first or scene

@@ -10,19 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitopt.actuators.motors import JointMotor, MotorTable
-from gaitopt.atomic import write_atomically
 from gaitopt.design.requirements import MotorLoop
 from gaitopt.units import UNITS
 from gaitopt.view.figure_style import (
     GREY,
     LIMIT,
-    kind_of,
     label_axes,
     name_on_figure,
     new_figure,
-    styled,
+    write_figure,
 )
-from gaitopt.view.figures import rendered
 
 MOST = 8  # gaits that are told apart in a legend
 _COLUMNS = 3
@@ -47,10 +44,7 @@ def write_torque_speed_figure(
     Raises:
         InputError: the file cannot be written.
     """
-    kind = kind_of(path)
-    with styled():
-        figure = torque_speed_figure(loops, table)
-    return write_atomically(path, rendered(figure, kind))
+    return write_figure(path, lambda: torque_speed_figure(loops, table))
 
 
 def torque_speed_figure(

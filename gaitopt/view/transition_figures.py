@@ -45,7 +45,7 @@ _BANDS = ((0.0, 0.02), (0.022, 0.042))  # of a panel's height: when each foot st
 def walking_figure(transition: Transition) -> Figure:
     """Draw what a transition leads from, its steps, and what it leads to, as stick figures."""
     trajectory = transition.trajectory
-    ends = np.array([0.0, *trajectory.changes])
+    ends = trajectory.breaks
     still = [phase.still for phase in trajectory.phases]
     times = [
         np.linspace(begin, end, 1 if rests else _PER_STEP, endpoint=False)
@@ -153,7 +153,7 @@ def _grid(transition: Transition, name: str, limits: Array | None, unit: str, ti
 def _samples(transition: Transition) -> tuple[Array, TrajectorySamples]:
     """Return instants of all phases, two where one follows another, and the motion at them."""
     trajectory = transition.trajectory
-    ends = np.array([0.0, *trajectory.changes])
+    ends = trajectory.breaks
     times = np.concatenate([np.linspace(begin, end, _POINTS) for begin, end in pairwise(ends)])
     before = np.tile(np.arange(_POINTS) == _POINTS - 1, len(ends) - 1)
     return times, trajectory.at(times, before=before)
@@ -162,7 +162,7 @@ def _samples(transition: Transition) -> tuple[Array, TrajectorySamples]:
 def _mark(axes: Axes, transition: Transition) -> None:
     """Draw when the transition begins and ends, and below when each foot stands."""
     trajectory = transition.trajectory
-    ends = np.array([0.0, *trajectory.changes])
+    ends = trajectory.breaks
     contact = trajectory.at(0.5 * (ends[1:] + ends[:-1])).contact
     for begin, end, stands in zip(ends, ends[1:], contact, strict=False):
         colour = contact_colour(flat_contact(stands))

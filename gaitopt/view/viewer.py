@@ -40,7 +40,7 @@ with warnings.catch_warnings():
 __all__ = ["animation", "geometry", "meshcat", "umsgpack"]
 
 
-class Recorder:
+class RecordingWindow:
     """Stands in for MeshCat's window: keeps the drawing commands instead of sending them."""
 
     def __init__(self) -> None:

@@ -97,7 +97,7 @@ def test_the_outer_gradient_in_gear_ratios(names):
     held = WarmWalks(limited, list(first_walks(limited, QUICK, starts=1)), QUICK)
     at = np.array([v.start * more for v, more in zip(limited.variables, (1.02, 1.01), strict=True)])
     trial = held.trial(at, None)
-    rotors = limited.walk(limited.walks[0], limited.parameters(at))[0].multibody.armature
+    rotors = limited.each(limited.parameters(at))[0][0].multibody.armature
     assert rotors[rotors > 0.0].max() == pytest.approx(10.2**2 * 1e-4)
     for k, h in enumerate((1e-3, 1e-5)):
         move = h * np.eye(2)[k]

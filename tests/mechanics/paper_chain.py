@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.catalogue.biped_spec import BipedSpec, Geometry, LinkSpec, mirrored_inertia
 from gaitopt.errors import EvaluationError
-from gaitopt.mechanics.chain_build import Bodies, link_table, zero_posture
+from gaitopt.mechanics.chain_build import LinkMasses, link_table, zero_posture
 from gaitopt.mechanics.mdh_chain import Chain, JointTable, six_vector, transforms, turned
 from gaitopt.nlp import Array
 
@@ -52,7 +52,7 @@ def _table_1(g: Geometry) -> tuple[JointTable, Array, Array]:
     return joints, A[-1] @ sole_in_13, P[-1]
 
 
-def _bodies_of_spec(spec: BipedSpec, origins: Array) -> Bodies:
+def _bodies_of_spec(spec: BipedSpec, origins: Array) -> LinkMasses:
     """Links in the stance sole frame, the stance foot first.
 
     Args:
@@ -65,7 +65,7 @@ def _bodies_of_spec(spec: BipedSpec, origins: Array) -> Bodies:
     parts = [*right, (spec.links.torso, 1.0), *left]
     # A specification measures from the joint nearer the torso: for right links, the next one.
     points = [*origins[1:7], hips, *origins[7:]]
-    return Bodies(
+    return LinkMasses(
         masses=np.array([part.mass for part, _ in parts]),
         coms=np.array(
             [point + _side(part, side) for (part, side), point in zip(parts, points, strict=True)]

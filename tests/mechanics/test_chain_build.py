@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, RobotError
-from gaitopt.mechanics.chain_build import Bodies, chain_from_axes, chain_of_robot
+from gaitopt.mechanics.chain_build import LinkMasses, chain_from_axes, chain_of_robot
 from gaitopt.mechanics.mdh_chain import SOLE_AXES, JointTable, hat, link_placements, sole_placement
 from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
 from gaitopt.model.robot import Robot
@@ -97,7 +97,8 @@ def lines(rng, kind, n=6):
 def bodies(rng, n=6):
     points = rng.normal(0.0, 0.2, (n + 1, 5, 3))
     inertias = [-np.sum(hat(cloud) @ hat(cloud), axis=0) for cloud in points]
-    return Bodies(rng.uniform(0.5, 3.0, n + 1), rng.uniform(-1, 1, (n + 1, 3)), np.array(inertias))
+    masses, coms = rng.uniform(0.5, 3.0, n + 1), rng.uniform(-1, 1, (n + 1, 3))
+    return LinkMasses(masses, coms, np.array(inertias))
 
 
 def pin_from_lines(origins, axes, links, tool, sigma):

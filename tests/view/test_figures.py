@@ -6,7 +6,8 @@ from sample_gait import bare_gait, sample_gait
 
 from gaitopt.design.summary import motor_summaries
 from gaitopt.errors import InputError
-from gaitopt.view.figures import FIGURES, make_figure, rendered, write_figures
+from gaitopt.view.figure_style import rendered
+from gaitopt.view.figures import FIGURES, make_figure, write_figures
 
 
 @pytest.mark.parametrize("name", FIGURES)

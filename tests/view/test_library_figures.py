@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from gaitopt.errors import InputError
+from gaitopt.view.comparison_figures import _figure, branch_cuts, write_library_figure
 from gaitopt.view.figure_style import styled
-from gaitopt.view.library_figures import _figure, branch_cuts, write_library_figure
 
 SPEEDS = (0.8, 0.9, 1.0, 1.1, 1.2)
 KNEE = (23.8, 22.3, 20.1, 88.1, 88.4)  # between 1.0 and 1.1 m/s the knee begins to bear load

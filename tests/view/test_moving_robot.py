@@ -8,7 +8,7 @@ from gaitopt.importers.source import read_source
 from gaitopt.view.animation import Animation, draw_robot, frames
 from gaitopt.view.inspection_page import draw_still
 from gaitopt.view.robot_shapes import robot_shapes
-from gaitopt.view.viewer import Recorder, meshcat, umsgpack
+from gaitopt.view.viewer import RecordingWindow, meshcat, umsgpack
 
 GAIT = sample_gait()
 SOURCE = read_source(GAIT.urdf)
@@ -54,7 +54,7 @@ def transforms(recorder):
 
 
 def test_every_shape_moves_as_its_link():
-    recorder, moves = Recorder(), Animation()
+    recorder, moves = RecordingWindow(), Animation()
     viewer = meshcat.Visualizer(window=recorder)
     samples = frames(GAIT, 2)
     times = np.arange(len(samples.time), dtype=float)
@@ -77,7 +77,7 @@ def test_every_shape_moves_as_its_link():
 
 
 def test_a_robot_stands_where_its_joints_are():
-    recorder = Recorder()
+    recorder = RecordingWindow()
     data = MODEL.createData()
     q = configuration(frames(GAIT, 1), 5)
     pin.forwardKinematics(MODEL, data, q)

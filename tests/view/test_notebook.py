@@ -11,7 +11,7 @@ from IPython.core.formatters import DisplayFormatter
 from sample_gait import bare_gait, sample_gait
 
 from gaitopt import page_text
-from gaitopt.view.notebook import Page
+from gaitopt.view.page_parts import Page
 
 
 def shown(thing):

@@ -4,14 +4,14 @@ import pinocchio as pin
 import pytest
 
 from gaitopt.view.robot_shapes import capsule, draw_shape
-from gaitopt.view.viewer import Recorder, meshcat, umsgpack
+from gaitopt.view.viewer import RecordingWindow, meshcat, umsgpack
 
 
 def drawn(shape, colour=(0.2, 0.4, 0.6, 1.0)):
     """The object that one shape becomes, with the path of its node."""
     item = pin.GeometryObject("part", 0, pin.SE3.Identity(), shape)
     item.meshColor = np.array(colour)
-    recorder = Recorder()
+    recorder = RecordingWindow()
     draw_shape(meshcat.Visualizer(window=recorder)["robot"], "shin", item, pin.SE3.Identity())
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     (made,) = [c for c in commands if c["type"] == "set_object"]

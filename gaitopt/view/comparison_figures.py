@@ -1,8 +1,8 @@
-"""The figure of gait libraries: cost and peak torques over the swept quantity."""
+"""Figures that compare: gait libraries over the swept quantity, and solvers on one walk."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,13 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.atomic import write_atomically
+from gaitopt.design.compare import SolverRun
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.nlp import Array
 from gaitopt.sweep.table import Row, columns, unit_of
-from gaitopt.view.figure_style import kind_of, label_axes, name_on_figure, new_figure, styled
-from gaitopt.view.figures import rendered
+from gaitopt.tolerances import OPTIMALITY
+from gaitopt.view.figure_style import LIMIT, label_axes, name_on_figure, new_figure, write_figure
 
 _HALF = 0.5  # of its range: a larger jump of a motor between neighbours may be a change of family
 _STEEPER = 3.0  # times the motor's other steps: less may be a steep curve
@@ -27,6 +27,7 @@ PEAK = "peak_torque."
 MOST = 8  # lines that are told apart in a legend
 
 _GAP = "a gap in the lines: the gaits on its two sides are different kinds of optima"
+_LEAST = 1e-10  # what is smaller is drawn there
 _STYLES = ("-", "--")  # of the first and of the second library
 
 
@@ -59,10 +60,7 @@ def write_library_figure(
     }
     if not all(drawn.values()):
         raise InputError("there is no gait to draw; give other conditions")
-    kind = kind_of(path)
-    with styled():
-        figure = _figure(drawn, axes, cost)
-    return write_atomically(path, rendered(figure, kind))
+    return write_figure(path, lambda: _figure(drawn, axes, cost))
 
 
 def _figure(
@@ -161,3 +159,36 @@ def branch_cuts(torques: Array) -> list[int]:
     decides = spread > _LARGE * np.abs(known).max()
     found = jumps & (steps > _STEEPER * others) & (others > 0.0) & decides
     return [int(row) + 1 for row in np.flatnonzero(found.any(axis=1))]
+
+
+def write_convergence_figure(runs: Sequence[SolverRun], path: Path) -> Path:
+    """Draw optimality and violation of every iterate of every solver.
+
+    Args:
+        runs: of `compare_solvers`.
+        path: of the figure, which ends in .png, .svg or .pdf.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    return write_figure(path, lambda: _convergence(runs))
+
+
+def _convergence(runs: Sequence[SolverRun]) -> Figure:
+    figure = new_figure(9.5, 3.8)
+    optimality, violation = figure.subplots(1, 2, sharey=True)
+    for run in runs:
+        seconds = np.array([one.seconds for one in run.history])
+        _draw_errors(optimality, seconds, [one.optimality for one in run.history], run.solver)
+        _draw_errors(violation, seconds, [one.violation for one in run.history], run.solver)
+    label_axes(optimality, "time [s]", "scaled", "Gradient of the Lagrangian, complementarity")
+    label_axes(violation, "time [s]", "", "Largest violation of a limit")
+    optimality.axhline(OPTIMALITY, color=LIMIT, linestyle="--", linewidth=1.0)
+    violation.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def _draw_errors(panel: Axes, seconds: Array, values: Sequence[float], name: str) -> None:
+    panel.set_xscale("symlog", linthresh=1.0)
+    panel.set_yscale("log")
+    panel.plot(seconds, np.maximum(values, _LEAST), marker=".", markersize=3.0, label=name)
