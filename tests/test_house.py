@@ -272,6 +272,63 @@ def test_every_array_has_a_shape_in_a_docstring():
     assert seen > 500
 
 
+_PHYSICAL = re.compile(
+    r"(^|_)(torque|speed|velocity|rates?|acceleration|forces?|wrench|mass|inertia|durations?|times?"
+    r"|power|energy|stiffness|damping|friction|angles?|d?d?q|impulse|armature|moment|height|width"
+    r"|gravity|momentum|twist|distance|clearance)$"
+)
+_UNIT = re.compile(
+    r"\[(-|[^\]]*[^\]\d,. -][^\]]*)\]"  # as [N·m], or [-] of none
+    r"|\b(dimensionless|relative|shares?|coefficient|scaled)\b"
+    r"|\b([Ww]eights?|[Dd]erivatives?) (of|in|with)\b"  # follow from those of both
+    r"|\b(as (of|in|for)|see|likewise)\b"  # told there
+)
+
+
+def physical(node):
+    """Physical quantities of a class's fields or of a function's arguments."""
+    if isinstance(node, ast.ClassDef):
+        pairs = [
+            (ast.unparse(one.target), one.annotation)
+            for one in node.body
+            if isinstance(one, ast.AnnAssign)
+            and not re.match(r"(entry|margin)\(", ast.unparse(one.value) if one.value else "")
+        ]
+    else:
+        pairs = [(one.arg, one.annotation) for one in (*node.args.args, *node.args.kwonlyargs)]
+    for name, kind in pairs:
+        numbers = kind is not None and re.search(r"\b(float|Array|ArrayLike)\b", ast.unparse(kind))
+        if numbers and _PHYSICAL.search(name) and not name.startswith("_"):
+            yield name
+
+
+def told_of(name, text):
+    """What a docstring says of one of its entries; all that it says where there are none."""
+    entries = text.partition("Attributes:" if "Attributes:" in text else "Args:")[2]
+    found = re.search(
+        rf"^\s+(\w+, )*{name}(, \w+)*:.*?(?=^\s+\w+(, \w+)*:|\Z)", entries, re.S | re.M
+    )
+    return found[0] if found else text.partition("Args:")[0]
+
+
+def test_every_physical_quantity_has_a_unit_in_a_docstring():
+    """A field or an argument that is a number or an array, by its name; in the solvers none is."""
+    missing, seen = [], 0
+    for path, _, node in defined():
+        named = any("dataclass" in ast.unparse(mark) for mark in node.decorator_list)
+        named = named or isinstance(node, ast.FunctionDef)
+        if node.name.startswith("_") or "solvers" in path.parts or not named:
+            continue
+        text = ast.get_docstring(node) or ""
+        for name in physical(node):
+            seen += 1
+            of_all = text.partition("\n")[0].startswith("Derivatives")
+            if not (of_all or _UNIT.search(told_of(name, text))):
+                missing.append(f"{path.name}: {node.name}.{name}")
+    assert missing == []
+    assert seen > 300
+
+
 def test_no_two_test_files_share_a_name():
     names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
     assert [name for name in names if names.count(name) > 1] == []

@@ -111,8 +111,8 @@ class Geometry:
         d4: thigh, knee to hip. d10 = d4.
         l4: how far the plane of the leg lies outboard of the hip centre. l10 = l4.
         d7: distance between the two hip centres.
-        foot_length: of the sole, forward (Lp).
-        foot_width: of the sole, sideways (lp).
+        foot_length: of the sole, forward (Lp) [m].
+        foot_width: of the sole, sideways (lp) [m].
     """
 
     l1: float = field(metadata=_OFFSET)

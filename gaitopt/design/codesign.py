@@ -702,7 +702,7 @@ def minimised(
     Args:
         evaluate: at shares of the ranges (v,), from a trial near by; None where it cannot.
         start: shares where it begins, shape (v,).
-        width: of the ranges, shape (v,).
+        width: of the ranges [units of the variables], shape (v,).
 
     Raises:
         InputError: it cannot be evaluated where it begins.

@@ -52,7 +52,7 @@ class RefereeVerdict:
         rate: dq(0) and E times the rates after impact, Eq. (27), relative; with them the rate at
             which a foot that landed on a line turns about it.
         momentum: ground force over the step plus impact impulse against the weight's impulse
-            m g T and the change of the robot's momentum, largest component over m g T.
+            m g T and the change of the robot's momentum, largest component, relative to m g T.
         vertical: integral of the vertical ground force plus the vertical impulse [N·s].
         weight: m g T [N·s], without weight that is carried from outside; on a slope its part along
             the ground's normal, as `vertical` is.

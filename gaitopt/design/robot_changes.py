@@ -49,7 +49,7 @@ class RobotChange:
         reach, straight: of the same in `Legs`.
         weight: of the mass of the whole robot.
         group: names of the joints that it is a property of, for changes of kind JOINT.
-        mass, first, second, joints: of what `ModelGradient` calls so.
+        mass, first, second, joints: see `ModelGradient`.
         swing_sole, pelvis, hips, ankles: likewise.
         armature, damping, friction: likewise.
     """

@@ -38,7 +38,7 @@ _REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture"
 
 
 def trapezoid(values: Array, time: Array) -> float:
-    """Return the integral of values (N,) over their instants (N,), by the trapezoidal rule."""
+    """Return the integral of values (N,) over their instants (N,) [s], by the trapezoidal rule."""
     return 0.5 * float(np.diff(time) @ (values[1:] + values[:-1]))
 
 

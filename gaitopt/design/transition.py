@@ -158,7 +158,7 @@ def transition_problem(
     postures: int | None = None,
     margins: Mapping[str, float | bool | None] | None = None,
 ) -> TransitionProblem:
-    """Return the program of a transition at the task's samples; as `design_transition`.
+    """Return the program of a transition at the task's samples, as of `design_transition`.
 
     Raises:
         InputError: as there.

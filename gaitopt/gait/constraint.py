@@ -261,7 +261,7 @@ class ConstraintBlock:
         lower, upper: limits, shape (K, r); infinite where there is none.
         scale: a change of the value that matters, shape (r,).
         instants: rows of the quantities it looks at, shape (K,).
-        times: s = t / T of each of the K, or None where time means nothing.
+        times: shares s = t / T of the step of each of the K, or None where time means nothing.
         contacts: of the stance foot at each of the K, by name; empty where it never changes.
         ends: numbers of rows up to the end of each step, every second of which is seen as its
             mirror image; empty where all are of one step.

@@ -7,6 +7,7 @@ not stand here: see docs/extending.md.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -521,7 +522,30 @@ class LiftOff(_OfImpact):
         return self.once(speeds, labels, lower=context.margins.liftoff_speed)
 
 
-class Clearance(Constraint):
+class _AboveProfile(Constraint):
+    """While the swing foot is aloft, its corners stay above a profile over the time."""
+
+    reads: ClassVar = (quantities.CORNERS,)
+    label: ClassVar = "height"
+    scale: ClassVar = LENGTH_SCALE
+
+    @abstractmethod
+    def profile(self, context: ConstraintContext, s: Array) -> Array:
+        """Return the heights (N,) [m] at shares s (N,) of the time aloft."""
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        inside, s, aloft = _while_aloft(context)
+        function, points = _above_ground(context)
+        labels = tuple(f"swing foot {point} {self.label}" for point in points)
+        least = np.where(aloft, self.profile(context, s), UNLIMITED_HEIGHT)
+        lower = np.repeat(least[:, None], len(points), axis=1)
+        lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
+        return self.over_step(
+            context, function, labels, lower=lower, scale=self.scale, instants=inside
+        )
+
+
+class Clearance(_AboveProfile):
     """Section 3.2.3: the swing foot's corners stay above a smooth profile.
 
     A foot that may leave the ground with a negative speed sinks at first, whatever it does then;
@@ -529,20 +553,15 @@ class Clearance(Constraint):
     """
 
     name, equation, unit, words = "clearance", "3.2.3", "m", "clearance of the swing foot"
-    reads, margins = (quantities.CORNERS,), ("clearance",)
+    margins = ("clearance",)
 
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        margins, (inside, s, aloft) = context.margins, _while_aloft(context)
+    def profile(self, context: ConstraintContext, s: Array) -> Array:
+        """Return the heights (N,) [m] at shares s (N,) of the time aloft."""
+        margins = context.margins
         profile = margins.clearance * np.sin(np.pi * s) ** 2
         if margins.liftoff_speed < 0.0:
             profile += margins.liftoff_speed * context.duration * s * (1.0 - s) ** _SINKING
-        function, points = _above_ground(context)
-        labels = tuple(f"swing foot {point} height" for point in points)
-        lower = np.repeat(np.where(aloft, profile, UNLIMITED_HEIGHT)[:, None], len(points), axis=1)
-        lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
-        return self.over_step(
-            context, function, labels, lower=lower, scale=LENGTH_SCALE, instants=inside
-        )
+        return np.asarray(profile)
 
 
 class Lateral(Constraint):
@@ -794,7 +813,7 @@ class SwingHeight(Constraint):
         return self.over_step(context, function, labels, upper=limit, scale=LENGTH_SCALE)
 
 
-class LandingSpeed(Constraint):
+class LandingSpeed(_AboveProfile):
     """Beyond 3.2.3: all corners of the swing foot come down at some speed, none grazes the ground.
 
     A corner that grazes lands at any time. The rows are of heights, which vanish at the end, so
@@ -803,19 +822,13 @@ class LandingSpeed(Constraint):
     """
 
     name, equation, unit, words = "landing speed", "3.2", "m", "landing of the swing foot"
-    reads, margins = (quantities.CORNERS,), ("landing_speed",)
+    margins = ("landing_speed",)
+    label, scale = "height before landing", LANDING_SCALE
 
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        inside, s, aloft = _while_aloft(context)
+    def profile(self, context: ConstraintContext, s: Array) -> Array:
+        """Return the heights (N,) [m] at shares s (N,) of the time aloft."""
         speed = _STEEPER * (context.margins.landing_speed or 0.0)
-        profile = speed * context.duration * (1.0 - s) * s**_LANDING
-        function, points = _above_ground(context)
-        labels = tuple(f"swing foot {point} height before landing" for point in points)
-        lower = np.repeat(np.where(aloft, profile, UNLIMITED_HEIGHT)[:, None], len(points), axis=1)
-        lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
-        return self.over_step(
-            context, function, labels, lower=lower, scale=LANDING_SCALE, instants=inside
-        )
+        return np.asarray(speed * context.duration * (1.0 - s) * s**_LANDING)
 
 
 class LandingImpulse(_OfImpact):

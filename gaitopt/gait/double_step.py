@@ -673,7 +673,7 @@ class OnEnds:
     """What a weighted sum of a step's quantities weighs at its ends.
 
     Attributes:
-        start, rate: of posture and rates at the start, shape (n,).
+        start, rate: weights of posture and rates at the start, shape (n,).
         end: of the stance leg's angles at the end, shape (6,).
     """
 

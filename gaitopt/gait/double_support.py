@@ -313,7 +313,7 @@ class DoubleSupport(ABC):
 
         Args:
             posture: the double support.
-            forces: six-forces on pelvis and on swing sole.
+            forces: weights of the six-vectors of pelvis and swing sole.
             leg_weights: shape (2, 3).
         """
         on_pelvis, on_sole = self._point_forces(posture, leg_weights)

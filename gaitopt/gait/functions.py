@@ -241,7 +241,7 @@ class FrictionCone(QuantityFunction):
     The smoothing keeps the cone differentiable where the force is vertical.
 
     Attributes:
-        friction: mu.
+        friction: coefficient mu.
         smoothing: [N], or [N·s] of an impulse.
     """
 

@@ -54,14 +54,14 @@ class DrivenJoints:
     names: tuple[str, ...]
 
     def motors(self, q: Array) -> MotorAngles:
-        """Return the motors at angles (K, n) of the robot's joints, per angle of their own."""
+        """Return the motors at angles (K, n) [rad] of the joints, per angle of their own."""
         return motor_angles(self.linkage, self.where, q[:, self.rows] * self.signs)
 
     def values(self, torque: Array, rate: Array, q: Array) -> dict[str, Array]:
         """Return torque, speed, power and angle of the motors.
 
         Args:
-            torque, rate, q: of the robot's joints, shape (K, n) each.
+            torque, rate, q: of the robot's joints [N·m, rad/s, rad], shape (K, n) each.
 
         Returns:
             Shape (K, m) each [N·m, rad/s, W, rad]; and the cosines of `Reach` before the angle.

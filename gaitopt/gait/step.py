@@ -186,7 +186,7 @@ class DoubleSupportPart:
         motion: of the closed chain there.
         touchdown, liftoff: of the closed chain at its ends, at one instant each.
         sole: placement of the front sole in the stance sole frame.
-        wrench: of the ground on the front foot there, in its sole frame, shape (M, 6).
+        wrench: of the ground on the front foot there, in its sole frame [N, N·m], shape (M, 6).
         swing: coefficients of the swing leg's spline until touch-down, shape (k + 4, 6).
         front: that wrench at all instants, 0 while the foot swings, shape (N, 6).
         struck: the impact that begins it; None where the foot touches down at zero speed.
@@ -232,7 +232,7 @@ class DoubleSupportDerivatives:
         stance, swing: of the coefficients of both legs, (K, 6, P).
         closed, touchdown, liftoff: of (u, du, ddu, g) at the instants of the double support and at
             its ends, (M, 3 (h + 6) + G, P), (1, 3 (h + 6) + G, P) each.
-        wrench: of the front foot's, (M, 6, P).
+        wrench: derivatives of the front foot's, (M, 6, P).
         geometry: of the quantities that place the front foot, (G, P).
         jump, rear: of the impact's jump of the rates (n, P) and impulse on the rear foot (6, P),
             without entries where there is none.
@@ -259,7 +259,7 @@ class StepDerivatives:
         motion: of (q, dq, ddq) at each instant, each of them with the foot's turns in front, shape
             (N, 3 (h + n), P).
         turns: of the stance foot.
-        landing_angle: of the foot that lands, shape (P,); empty where it lands flat.
+        landing_angle: derivatives of the landing foot's, shape (P,); empty where it lands flat.
         double: of a step with a double support.
         jacobians: of each quantity, shape (K, entries, P).
 
@@ -362,7 +362,7 @@ class PostureQuantities:
         self._coupling = standing.coupling
 
     def placed(self, q: Array) -> Placements | None:
-        """Return the bodies at postures q (N, n), if anything is read off them."""
+        """Return the bodies at postures q (N, n) [rad], if anything is read off them."""
         return None if self._bodies is None else self._bodies.placed(self._coupling.angles(q))
 
     def values(self, placed: Placements | None) -> dict[Quantity, Array]:

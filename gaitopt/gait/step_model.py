@@ -491,7 +491,7 @@ class StepModel(StepModelBase):
             q_start, q_end: derivatives of the postures at its ends, shape (n, P).
             after, before: of its impact, and of that before it, there exchanged, (12 + n, P).
             turn_rate: that the impact before it leaves [rad/s].
-            landing_angle: of the foot that lands, shape (P,); None where it lands flat.
+            landing_angle: derivatives of the landing foot's, shape (P,); None where it lands flat.
             yaw_end: of the foot yaw at the start of the next step, shape (P,); None where fixed.
         """
         matrix, n = self.chart.matrix, self.layout.joints

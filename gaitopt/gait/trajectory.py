@@ -128,7 +128,7 @@ def clamped_spline(knots: Array, coefficients: Array, times: Array) -> Array:
     Args:
         knots: from 0 [s], shape (m,).
         coefficients: values at the knots, rates at the start and at the end, shape (m + 2, n).
-        times: from 0 to the last knot, shape (N,).
+        times: from 0 to the last knot [s], shape (N,).
     """
     duration = float(knots[-1])
     basis = spline_basis(knots / duration, np.clip(times / duration, 0.0, 1.0))
@@ -143,7 +143,7 @@ def split_spline(
     Args:
         knots, coefficients: as of `clamped_spline`.
         at: the knot [s].
-        rates: before and after it, (2, n), where they jump; None or no rows: those of the spline.
+        rates: before and after it [rad/s], (2, n), where they jump; None or no rows: of the spline.
     """
     inner = int(np.argmin(np.abs(knots - at)))
     if rates is None or not rates.size:

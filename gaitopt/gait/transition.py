@@ -228,7 +228,7 @@ def standing_phase(angles: Array, front_wrench: Array, duration: float = REST) -
 
     Args:
         angles: of the joints [rad], shape (n,).
-        front_wrench: of the ground on the foot that does not carry the phase, shape (6,).
+        front_wrench: of the ground on the foot that does not carry the phase [N, N·m], (6,).
         duration: of it [s].
     """
     still = np.zeros((2, angles.size))

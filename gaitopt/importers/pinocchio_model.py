@@ -48,7 +48,7 @@ def mark_joint_frames(model: pin.Model) -> pin.Model:
 
 
 def reduced(model: pin.Model, locked: list[int], q: Array) -> pin.Model:
-    """Return the model without the locked joints, which stand at q (nq,).
+    """Return the model without the locked joints, which stand at q (nq,) [rad].
 
     Pinocchio looks for the frames of joints under the names of the joints, so that here it is the
     links that are marked.

@@ -329,7 +329,7 @@ def nested(axes: Array, force: Array, depth: int) -> tuple[Array, Array, Array]:
 
     Args:
         axes: in the world, shape (N, m, 6).
-        force: shape (N, 6).
+        force: [N, N·m], shape (N, 6).
         depth: 2, 3 or 4: of more axes, nothing is returned.
     """
     m = axes.shape[1]
@@ -393,7 +393,7 @@ def taken_jacobian(
     Args:
         sole: placement of the front sole.
         closed: the chain at M instants.
-        wrench: on the front foot, in its sole frame, shape (M, 6).
+        wrench: on the front foot, in its sole frame [N, N·m], shape (M, 6).
         angles, geometry, by_x: derivatives of the angles (M, n, P), of the quantities (G, P)
             and of the wrench (M, 6, P).
     """

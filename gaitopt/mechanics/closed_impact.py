@@ -41,7 +41,7 @@ class ClosedJump:
         rear: impulse of the ground on the rear foot, in its sole frame, shape (6,).
         axes: of the joints in the world, shape (n, 6).
         of_posture: derivative of D (dq+ - dq-) in the posture, shape (6 + n, n).
-        inertia: columns of the joints of D, shape (6 + n, n).
+        inertia: columns of the joints of D [kg, kg·m, kg·m²], shape (6 + n, n).
     """
 
     posture: Array
@@ -94,7 +94,8 @@ class ClosedImpact:
         Args:
             posture: angles, shape (n,).
             axes: of the joints in the world, shape (n, 6).
-            force: impulse of the ground on the front foot, in the stance sole frame, shape (6,).
+            force: impulse of the ground on the front foot, in the stance sole frame, shape (6,)
+                [N·s, N·m·s].
         """
         self._q[TWIST + 1 :] = posture
         model, data = self._model, self._data

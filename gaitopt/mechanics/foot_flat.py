@@ -41,7 +41,7 @@ class FlatJump:
         jump: of the joint rates, dq+ - dq-, shape (n,).
         impulse: I, of the ground on the foot, in its sole frame [N·s, N·m·s], shape (6,).
         along: derivatives of (jump, impulse) in (posture, w), shape (n + 6, n + 1).
-        inertia: D, shape (6 + n, 6 + n).
+        inertia: D [kg, kg·m, kg·m²], shape (6 + n, 6 + n).
     """
 
     posture: Array
@@ -105,7 +105,7 @@ class FlatImpact:
         Args:
             at: the impact.
             jump: weights of the jump of the rates, shape (n,).
-            impulse: of the impulse, shape (6,).
+            impulse: weights of the impulse, shape (6,).
         """
         D, n = at.inertia, at.jump.size
         back = solve(D[TWIST:, TWIST:], jump + D[TWIST:, :TWIST] @ impulse)

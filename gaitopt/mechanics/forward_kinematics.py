@@ -58,7 +58,7 @@ class ForwardKinematics:
         self._carriers = [int(model.parents[j]) - 1 for j in joints]
 
     def placed(self, q: Array) -> Placements:
-        """Return the placements at postures q (N, n), joint after joint outwards."""
+        """Return the placements at postures q (N, n) [rad], joint after joint outwards."""
         angles = q.T
         turned = np.stack([np.ones(angles.shape), np.sin(angles), np.cos(angles)], axis=2)
         local = (turned @ self._local).reshape(*angles.shape, 4, 4)
@@ -77,7 +77,7 @@ class BodyInertias:
         self._pseudo = pseudo_inertias(model)[1:]
 
     def in_world(self, q: Array) -> Array:
-        """Return the world inertias at postures q (N, n), shape (N, n, 6, 6)."""
+        """Return the world inertias at postures q (N, n) [rad], shape (N, n, 6, 6)."""
         return world_inertias(self._pseudo, self._bodies.placed(q).frames[1:])
 
 

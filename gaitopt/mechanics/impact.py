@@ -123,8 +123,8 @@ class LockedImpact:
     """The other outcome of section 2.4.1: both feet stay on the ground.
 
     Attributes:
-        velocity: V+, shape (6 + n,); the first six entries are zero, or a turn about the line on
-            which the rear foot stands.
+        velocity: V+ [m/s, rad/s], shape (6 + n,); the first six entries are zero, or a turn
+            about the line on which the rear foot stands.
         impulse_landing, impulse_rear: ground on foot, in the frame of its footprint, shape (6,).
     """
 

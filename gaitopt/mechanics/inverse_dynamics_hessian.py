@@ -40,8 +40,8 @@ class WeightedDynamics:
 
     Attributes:
         axes: S_j, shape (N, n, 6).
-        posture, rate, acceleration: q, dq, ddq, shape (N, n).
-        base_acceleration: a_0, shape (N, 6); minus gravity for a foot at rest.
+        posture, rate, acceleration: q, dq, ddq [rad, rad/s, rad/s²], shape (N, n).
+        base_acceleration: a_0 [m/s², rad/s²], shape (N, 6); minus gravity for a foot at rest.
         weights: lambda, shape (N, 6 + n).
     """
 
@@ -290,7 +290,7 @@ def moved_axes(axes: Array, rate: Array, base: Array) -> Array:
 
     Args:
         axes: S_j in order from the base, shape (m, 6).
-        rate: joint rates, shape (..., m).
+        rate: joint rates [rad/s], shape (..., m).
         base: twist of the base, shape (..., 6).
     """
     velocity = base[..., None, :] + np.cumsum(axes * rate[..., None], axis=-2)
@@ -307,7 +307,7 @@ def velocity_hessian(axes: Array, moved: Array, force: Array) -> Array:
     Args:
         axes: S_j in order from the base, shape (m, 6).
         moved: `moved_axes`, shape (m, 6).
-        force: in the world at the current posture, shape (6,).
+        force: weights of the velocity, in the world at the current posture, shape (6,).
     """
     # -(S_max x y) . force = y . (S_max x* force)
     return symmetric(moved @ cross_force_matrix(force) @ axes.T)

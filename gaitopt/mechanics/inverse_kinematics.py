@@ -78,14 +78,14 @@ class LegKinematics:
             self.robot.coupling.put(q, knee, angle, self.robot.limits)
 
     def placements(self, q: Array) -> tuple[pin.SE3, pin.SE3]:
-        """Return the placements of pelvis and swing sole at joint angles q (n,)."""
+        """Return the placements of pelvis and swing sole at joint angles q (n,) [rad]."""
         self._q[7:] = self.robot.coupling.angles(q)
         pin.framesForwardKinematics(self._model, self._data, self._q)
         frames = self._data.oMf
         return frames[self.robot.pelvis_frame].copy(), frames[self.robot.swing_frame].copy()
 
     def axes(self, q: Array) -> Array:
-        """Return the motion axes of all joints in the stance sole frame at q (n,), (all, 6)."""
+        """Return the motion axes of all joints in the stance sole frame at q (n,) [rad], (a, 6)."""
         self._q[7:] = self.robot.coupling.angles(q)
         J = pin.computeJointJacobians(self._model, self._data, self._q)
         return np.asarray(J[:, 6:].T).copy()
@@ -202,7 +202,7 @@ def chain_hessian(axes: Array, force: Array) -> Array:
 
     Args:
         axes: joint motion axes in order from the base, shape (j, 6).
-        force: six-vector paired with the end's spatial acceleration.
+        force: weights of the end's spatial acceleration.
     """
     # force . (S_i x S_j) = -(S_i x* force) . S_j
     return symmetric(axes @ cross_force_matrix(force).T @ axes.T) / -2.0

@@ -61,7 +61,7 @@ class PlacedBodies:
         return [parent + 1 for parent in self.tree.parents]
 
     def forces_in(self, bodies: list[int] | int, forces: Array) -> Array:
-        """Return world forces (..., 6), one for each of these bodies, in their frames."""
+        """Return world forces (..., 6) [N, N·m], one for each of these bodies, in their frames."""
         rotation, origin = self.placed.rotation[:, bodies], self.placed.origin[:, bodies]
         back = np.swapaxes(rotation, -1, -2)
         moment = forces[..., 3:] - cross(origin, forces[..., :3])
@@ -88,7 +88,7 @@ class BodyModel:
         self._pseudo = pseudo_inertias(model)
 
     def at(self, q: Array) -> PlacedBodies:
-        """Return the bodies at postures q (N, n)."""
+        """Return the bodies at postures q (N, n) [rad]."""
         placed = self._frames.placed(q)
         return PlacedBodies(placed, world_inertias(self._pseudo, placed.frames), self._tree)
 

@@ -86,7 +86,7 @@ def inverse_dynamics(
 def inertia_matrix(chain: Chain, q: ArrayLike) -> Array:
     """Return D of Eq. (14), shape (..., 6 + n, 6 + n), by Walker's method of Section 2.4.3.
 
-    Column i is NE for dV = e_i. Arguments and errors are those of `inverse_dynamics`.
+    Column i is NE for dV = e_i. Arguments and errors as of `inverse_dynamics`.
     """
     q = joint_values(chain, "q", q)[..., None, :]
     unit = np.eye(6 + chain.dof)
@@ -228,8 +228,8 @@ class Loads:
     """Passive joints, in the sign of the robot's joints, and weight carried from outside.
 
     Attributes:
-        damping: coefficients of |rate|^(k-1) rate, k = 1, 2, ..., shape (n, K).
-        stiffness: coefficients of (angle - rest)^k, shape (n, K).
+        damping: torques per |rate|^(k-1) rate, k = 1, 2, ..., shape (n, K) [N·m·s/rad, ...].
+        stiffness: torques per (angle - rest)^k, shape (n, K) [N·m/rad, ...].
         friction: Coulomb friction, shape (n,) [N·m].
         rest: of the springs, shape (n,) [rad].
         points: the points that are carried, as links of a chain of their own; None for none.
@@ -252,7 +252,7 @@ def motor_effort(
     gravity: ArrayLike = GRAVITY,
     end_wrench: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """Return what ground and motors give: the results of `inverse_dynamics`, and the loads.
+    """Return what ground and motors give; arguments as of `inverse_dynamics`, and the loads.
 
     Args:
         loads: what acts on the chain beside; the other arguments and errors are the same.
@@ -364,7 +364,7 @@ def impact(
 
 
 def foot_twist(chain: Chain, twist: ArrayLike) -> Array:
-    """Return a twist (6,) of the swing foot given in its sole frame, at O_n in R_n."""
+    """Return a twist (6,) [m/s, rad/s] of the swing foot given in its sole frame, at O_n in R_n."""
     linear, angular = np.split(np.asarray(twist, dtype=np.float64), 2)
     R = chain.tool_rotation
     turn = R @ angular
@@ -395,7 +395,7 @@ def impulse_on_foot(chain: Chain, I13: Array) -> Array:
 
 
 def wrench_on_ground(chain: Chain, wrench: Array) -> Array:
-    """Return R13 (..., 6) from a wrench of the ground on the swing foot in its sole frame.
+    """Return R13 (..., 6) [N, N·m] from a wrench of the ground on the swing foot in its sole frame.
 
     The inverse of `impulse_on_foot`.
     """
@@ -407,11 +407,11 @@ def wrench_on_ground(chain: Chain, wrench: Array) -> Array:
 
 
 def at_rest(rate: ArrayLike) -> Array:
-    """Return V for joint rates (..., n) while the stance foot stands still, Eq. (18)."""
+    """Return V for joint rates (..., n) [rad/s] while the stance foot stands still, Eq. (18)."""
     rate = np.asarray(rate, dtype=np.float64)
     return np.concatenate([np.zeros((*rate.shape[:-1], 6)), rate], axis=-1)
 
 
 def base_in_sole_axes(velocity: Array) -> Array:
-    """Turn the first six entries of V (..., 6 + n) from R0 into sole axes, or back."""
+    """Turn the first six entries of V (..., 6 + n) [m/s, rad/s] from R0 into sole axes, or back."""
     return np.concatenate([sole_axes(velocity[..., :6]), velocity[..., 6:]], axis=-1)

@@ -72,7 +72,7 @@ class SupportDerivatives:
             (N, 6 + all) and (N, 6 + all, 3 all).
         bodies: of the robot, for the second derivatives.
         tree: of its joints.
-        gravity: spatial acceleration of gravity, shape (6,).
+        gravity: spatial acceleration of gravity [m/s²], shape (6,).
         passive: what the joints do by themselves; None if they do nothing.
         carried: weight that is carried from outside; None if there is none.
     """
@@ -176,7 +176,7 @@ class SingleSupport:
         return motion
 
     def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
-        """Return wrench, torques and swing foot at the motion q, dq, ddq, shape (N, n) each."""
+        """Return wrench, torques and swing foot at the motion q, dq, ddq (N, n) [rad, s]."""
         motion_of_all = self._load(q, dq, ddq)
         q, dq, _ = motion_of_all.of_all
         model, data = self.robot.model, self._data
@@ -196,7 +196,7 @@ class SingleSupport:
     def derivatives(
         self, q: Array, dq: Array, ddq: Array
     ) -> tuple[SupportState, SupportDerivatives]:
-        """Return the state and its exact derivatives at the motion q, dq, ddq, (N, n) each."""
+        """Return the state and its exact derivatives at the motion q, dq, ddq (N, n) [rad, s]."""
         motion = self._load(q, dq, ddq)
         q, dq, _ = motion.of_all
         model, data = self.robot.model, self._data
@@ -256,7 +256,7 @@ class PassiveTorque:
 
     Attributes:
         value: shape (N, n) [N·m].
-        by_angle, by_rate: first derivatives, shape (N, n) each.
+        by_angle, by_rate: first derivatives of it, shape (N, n) each.
         by_angle_twice, by_rate_twice: second derivatives, shape (N, n) each.
     """
 

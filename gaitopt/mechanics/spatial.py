@@ -59,7 +59,7 @@ def force_cross_matrix(motion: Array) -> Array:
 
 
 def cross_force_matrix(force: Array) -> Array:
-    """Return the matrices of y -> y x* force, shape (..., 6, 6)."""
+    """Return the matrices of y -> y x* force [N, N·m], shape (..., 6, 6)."""
     return _matrices(force, _ON_FORCE)
 
 
@@ -79,7 +79,7 @@ def cross_motion(motion: Array, other: Array) -> Array:
 
 
 def cross_force(motion: Array, force: Array) -> Array:
-    """Return motion x* force for stacks of motions and forces (..., 6)."""
+    """Return motion x* force for stacks of motions and forces (..., 6) [N, N·m]."""
     return apply(force_cross_matrix(motion), force)
 
 

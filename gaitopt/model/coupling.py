@@ -158,7 +158,7 @@ class CoupledMotion:
         Args:
             by_motion: its derivative in q, dq, ddq of all joints, shape (N, 3 n).
             weights: of the free joints' torques, shape (N, m).
-            torque: of all joints, shape (N, n).
+            torque: of all joints [N·m], shape (N, n).
 
         Returns:
             Blocks (z, z), (z, dz), (dz, dz) and (z, ddz), shape (N, m, m) each.

@@ -68,7 +68,7 @@ def leg_findings(
 
     Args:
         model: the whole robot.
-        q: its reference posture, shape (nq,).
+        q: its reference posture [rad], shape (nq,).
         pair: the right and the left leg.
         heading: where it looks.
         angles: of the reference posture that were given [rad].
@@ -176,7 +176,7 @@ class ImportedRobot:
 
     Attributes:
         model: the whole robot with both sole frames; free-flyer as joint 1.
-        q: its reference posture, root at the origin.
+        q: its reference posture [rad], root at the origin.
         legs: joint ids of the right and of the left leg from hip to ankle.
         others: other joints that move: right and left, or one in the middle twice.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).

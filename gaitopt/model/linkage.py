@@ -229,7 +229,7 @@ def first_fault(closure: Closure) -> tuple[float, ...]:
 
 
 def motor_series(closure: Closure, q: Array) -> list[Series]:
-    """Return the angles of the motors at K postures (K, m) of the leg's joints, 0 where those are.
+    """Return the angles of the motors at K postures (K, m) [rad] of a leg, 0 where its joints are.
 
     Beyond the range they go on evenly, at the rates that they have where the joints are at 0.
     """

@@ -69,7 +69,7 @@ def leg_loops(
 
     Args:
         model: of the whole robot.
-        q: posture near which the loops are closed, shape (nq,).
+        q: posture near which the loops are closed [rad], shape (nq,).
         loops: in frames of the model.
         motors: names of the joints in them that motors turn.
         legs: the right and the left one, from the hip on.

@@ -140,7 +140,7 @@ class Multibody:
         """Return coordinates of tied joints, and these differentiated once and twice.
 
         Args:
-            angles: of the joints that they follow, shape (..., t).
+            angles: of the joints that they follow [rad], shape (..., t).
 
         Returns:
             Each of shape (..., t).
@@ -158,7 +158,7 @@ class Multibody:
         """Return rates of the joints of `driven` per rate of those of `moving`, (n + t, n).
 
         Args:
-            angles: of the joints of `moving`, shape (n,).
+            angles: of the joints of `moving` [rad], shape (n,).
         """
         _, slope, _ = self.followers(angles[self.led])
         follows = (self.tied_to[:, None] == self.moving) * slope[:, None]
@@ -180,8 +180,8 @@ class Multibody:
         """Return torques (..., M) of joints as those of motors, which tied joints do not have.
 
         Args:
-            torque: of the joints.
-            angles: of all joints, shape (..., M).
+            torque: of all joints [N·m], shape (..., M).
+            angles: of all joints [rad], shape (..., M).
         """
         found = torque.copy()
         _, slope, _ = self.followers(angles[..., self.tied_to])

@@ -78,8 +78,7 @@ def with_followers(gait: Gait, rates: Array, angles: Array) -> Array:
 
     Args:
         gait: of the joints.
-        rates: of its joints.
-        angles: of them at that instant, shape (J,).
+        rates, angles: of its joints at an instant [rad/s, rad], shape (J,).
     """
     body = gait.multibody
     return rates if body is None or not body.tied.size else body.coupling(angles) @ rates

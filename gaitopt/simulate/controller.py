@@ -47,7 +47,7 @@ class JointReference:
 
     Attributes:
         interval: between instants [s].
-        q, dq, torque: while foot 0 and while foot 1 stands, shape (2, N, n).
+        q, dq, torque: while foot 0 and while foot 1 stands [rad, rad/s, N·m], shape (2, N, n).
     """
 
     interval: float
@@ -114,7 +114,7 @@ class JointPD:
         self._stiffness, self._damping = _BANDWIDTH**2 * inertia, 2.0 * _BANDWIDTH * inertia
 
     def touch_down(self, foot: int, time: float) -> None:
-        """Begin the next step."""
+        """Begin the next step at a time [s]."""
         self._foot, self._landed = foot, time
 
     def torque(self, time: float, qpos: Array, qvel: Array) -> Array:

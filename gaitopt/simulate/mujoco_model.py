@@ -141,7 +141,7 @@ class SimulatedRobot:
         return found
 
     def velocity(self, configuration: Array, velocity: Array) -> Array:
-        """Return `qvel` of a configuration and a velocity of `Multibody.model`, shape (6 + n,).
+        """Return `qvel` (6 + n,) [m/s, rad/s] of configuration and velocity of `Multibody.model`.
 
         MuJoCo has the linear velocity of the base in the world, the angular one in its own axes.
         """
@@ -152,7 +152,7 @@ class SimulatedRobot:
         return v
 
     def acceleration(self, configuration: Array, velocity: Array, acceleration: Array) -> Array:
-        """Return `qacc` of a motion of `Multibody.model`, shape (6 + n,)."""
+        """Return `qacc` of a motion of `Multibody.model`, shape (6 + n,) [m/s², rad/s²]."""
         a = np.empty(self.model.nv)
         turning = np.cross(velocity[3:6], velocity[:3])  # the axes of the base turn
         a[:3] = _rotation(configuration) @ (acceleration[:3] + turning)

@@ -41,11 +41,12 @@ class Target:
     """Where the tasks are to be at an instant, in the world's axes about the standing sole.
 
     Attributes:
-        q, dq, ddq: of the moving joints, shapes (n,).
+        q, dq, ddq: of the moving joints [rad, rad/s, rad/s²], shapes (n,).
         sole, sole_rotation, sole_twist, sole_acceleration: of the other sole, shapes (3,), (3, 3),
-            (6,), (6,), linear part first.
-        trunk_rotation, trunk_rate, trunk_acceleration: of the base, shapes (3, 3), (3,), (3,).
-        com, com_velocity, com_acceleration: of the centre of mass, shapes (3,).
+            (6,), (6,), linear part first [m, s, rad].
+        trunk_rotation, trunk_rate, trunk_acceleration: of the base [rad/s, rad/s²], shapes (3, 3),
+            (3,), (3,).
+        com, com_velocity, com_acceleration: of the centre of mass [m, m/s, m/s²], shapes (3,).
         raised: height of the standing sole's frame above where it is flat [m].
         turn: of the standing foot; None where it stands flat.
         turn_behind: of the other foot where that stands too; None where it is flat then.
@@ -116,7 +117,7 @@ class Reference:
         return min(max(round(time / self.interval), 0), len(self.targets[0]) - 1)
 
     def at(self, foot: int, time: float, descent: float) -> Target:
-        """Return the tasks at a time since touch-down; a sole that is late goes on down."""
+        """Return the tasks at a time since touch-down [s]; a sole that is late goes on down."""
         target = self.targets[foot][self.row(time)]
         late = time - self.duration
         if late <= 0.0:

@@ -32,8 +32,8 @@ class SecondEngine:
     Attributes:
         engine: name and version.
         instants: number of them.
-        torque, force, moment: of the motors, and of the ground on the standing foot.
-        rate_after, impulse: joint rates after the impact, and the impulse of the ground.
+        torque, force, moment: relative, of the motors, and of the ground on the standing foot.
+        rate_after, impulse: relative, joint rates after the impact, and the impulse of the ground.
     """
 
     engine: str

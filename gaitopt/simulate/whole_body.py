@@ -39,14 +39,14 @@ class WholeBodyOptions:
         interval: between two ticks [s].
         swing: gains of the swing sole [1/s², 1/s], position and rotation.
         trunk: gains of the trunk's rotation.
-        height: gains of the height of the centre of mass.
+        height: gains of the height of the centre of mass [1/s², 1/s].
         posture: gains of the joints.
         decay: rate at which the error of xi is to vanish [1/s].
         weights: of swing position, swing rotation, trunk, horizontal and vertical centre of mass,
             and joints.
         hold: damping of the standing sole [1/s]: less lets it rock after landing, with 30 the
             narrow feet of Unitree's G1 fall.
-        friction: half-width of the friction pyramid.
+        friction: coefficient, half-width of the friction pyramid.
         edge: strip of the sole that is not used [m].
         least_force: normal force on the standing sole [N].
         catch: share of the predicted error of xi at landing by which the step is moved.
@@ -103,7 +103,7 @@ def wrench_cone(friction: float, half_length: float, half_width: float) -> Array
     The wrench is about the rectangle's centre, in its axes, force first (Caron et al. 2015).
 
     Args:
-        friction: half-width of the friction pyramid.
+        friction: coefficient, half-width of the friction pyramid.
         half_length, half_width: of the rectangle along x and y [m].
     """
     mu, X, Y = friction, half_length, half_width
@@ -179,7 +179,7 @@ class WholeBodyController:
         self.touch_down(0, -self._reference.both)
 
     def touch_down(self, foot: int, time: float) -> None:
-        """Begin the next step where it should be."""
+        """Begin the next step at a time [s], where it should be."""
         self._foot, self._landed = foot, time
         self._believed: Array | None = None
         self._left: Array | None = None

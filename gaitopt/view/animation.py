@@ -71,11 +71,11 @@ class Animation:
         self._key(node, "position", "vector3", times, positions)
 
     def turn(self, node: meshcat.Visualizer, times: Array, rotations: Array) -> None:
-        """Turn a node through rotation matrices (N, 3, 3)."""
+        """Turn a node through rotation matrices (N, 3, 3) at times (N,) [s]."""
         self._key(node, "quaternion", "quaternion", times, quaternions(rotations))
 
     def stretch(self, node: meshcat.Visualizer, times: Array, scales: Array) -> None:
-        """Scale a node by factors (N, 3) along its axes."""
+        """Scale a node by factors (N, 3) along its axes at times (N,) [s]."""
         self._key(node, "scale", "vector3", times, scales)
 
     def show(

@@ -77,11 +77,10 @@ def styled() -> AbstractContextManager[None]:
 def new_figure(
     width: float, height: float, layout: Literal["constrained"] | None = "constrained"
 ) -> Figure:
-    """Return an empty figure of that size [inch], without any global plotting state.
+    """Return an empty figure, without any global plotting state.
 
     Args:
-        width: of the figure.
-        height: of the figure.
+        width, height: of the figure [inch].
         layout: None for panels that are put in their place by hand.
     """
     return Figure(figsize=(width, height), layout=layout)

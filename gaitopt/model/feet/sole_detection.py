@@ -80,7 +80,7 @@ class Rectangle:
 
     Attributes:
         toe, heel, left, right: edges along x and y.
-        height: of its plane.
+        height: of its plane [m].
         how: where it came from, in words.
         doubts: what deserves a look, in words.
         share: of the flat part under the foot that it holds.

@@ -43,7 +43,7 @@ class PosedModel:
 
     Attributes:
         model: free-flyer and joints.
-        q: its configuration, shape (nq,).
+        q: its configuration [rad], shape (nq,).
         placements: of its joints in the root link.
         problems: that were found in its file.
         rods: joints that carry rods of loops, which are no limbs.
@@ -121,7 +121,7 @@ class PosedModel:
 
 
 def pose(model: pin.Model, q: Array, problems: tuple[FileProblem, ...] = ()) -> PosedModel:
-    """Return the model in a posture q, shape (nq,)."""
+    """Return the model in a posture q [rad], shape (nq,)."""
     data = model.createData()
     pin.forwardKinematics(model, data, q)
     return PosedModel(model, q, [placement.copy() for placement in data.oMi], problems)

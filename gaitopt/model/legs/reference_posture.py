@@ -109,7 +109,7 @@ def posture_doubts(
 
     Args:
         model: of the robot.
-        q: its reference posture, shape (nq,).
+        q: its reference posture [rad], shape (nq,).
         moved: joints that move, which keep their ranges in a walk however they stand there.
         choices: with the angles that were given.
     """
@@ -173,7 +173,7 @@ def with_ties(
 
     Args:
         model: of the robot.
-        q: its configuration, shape (nq,).
+        q: its configuration [rad], shape (nq,).
         ties: by the joint that follows.
         given: joints that a person, or the file, put where they are; these stay there.
 

@@ -168,7 +168,7 @@ class FootDynamics:
     """A robot in m postures, the right foot standing, then the left.
 
     Attributes:
-        mass: mass matrix of the n joints with that foot at rest, shape (m, 2, n, n).
+        mass: mass matrix of the n joints with that foot at rest [kg·m²], (m, 2, n, n).
         place, turn: of the other sole in the standing one, shapes (m, 2, 3) and (m, 2, 3, 3).
     """
 
