@@ -23,6 +23,9 @@ from gaitopt.units import read_quantity
 KEY = "setting"
 """Key of a dataclass field's metadata under which its declaration is found."""
 
+NO_LIMIT = "none"
+"""What is written for a limit that is not imposed."""
+
 NUMBER, INTEGER, FLAG, TEXT, FILE = "number", "integer", "flag", "text", "file"
 TEXTS, FILES, TABLE = "texts", "files", "table"
 
@@ -57,6 +60,7 @@ class Setting:
         short: another name of the option, "-o".
         argument: whether it stands by itself on the command line, without a name.
         required: whether it must be given.
+        limit: whether it is a limit that may be "none".
         negatable: of a flag that is not set by default, whether --no-NAME may say so.
         panel: heading over it in the help, where that is not one of its section.
         entry_unit: of a table, returns the unit of an entry.
@@ -74,6 +78,7 @@ class Setting:
     short: str = ""
     argument: bool = False
     required: bool = False
+    limit: bool = False
     negatable: bool = False
     panel: str = ""
     entry_unit: Callable[[str], str] = _none
@@ -100,8 +105,13 @@ class Setting:
         Raises:
             ValueError: it cannot be read; the message says what is allowed.
         """
+        if self.limit and value == NO_LIMIT:
+            return value
         if self.kind == NUMBER:
-            return read_quantity(value, self.unit)
+            try:
+                return read_quantity(value, self.unit)
+            except ValueError as error:
+                raise ValueError(f"{error}{', or none' if self.limit else ''}") from None
         if self.kind == INTEGER:
             return _integer(value)
         if self.kind == FLAG and isinstance(value, bool):

@@ -14,6 +14,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 
 FILE = Path(__file__).parent / "data" / "reference_biped13.npz"
@@ -49,8 +50,13 @@ class ReferenceCase:
         """The walk of this case; by default with the constraints that the file knows."""
         preset = "paper" if self.name.startswith("p42") else "standard"
         changes = {"joint_range": False, "impulse_cop": False, **changes}
-        task = preset_task(preset, **changes)
+        task = reference_task(preset, **changes)
         return WalkProblem(robot, replace(task, speed=float(self["speed"])))
+
+
+def reference_task(preset: str = "standard", **changes: object) -> Task:
+    """A walk without torsional friction, which neither the paper nor other solutions know."""
+    return preset_task(preset, **{"torsional_friction": None, **changes})
 
 
 @functools.cache

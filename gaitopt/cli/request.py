@@ -54,6 +54,7 @@ from gaitopt.model.import_options import (
 )
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+from gaitopt.settings import NO_LIMIT
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.two_stage import CONFIRMING_SOLVER, ConfirmedSQP, TwoStageSQP
@@ -220,7 +221,7 @@ def _lengths(text: str, separator: str) -> tuple[float, float, float]:
 
 
 def _limit_value(name: str, text: str) -> float:
-    if text == "none" and name != "armature":
+    if text == NO_LIMIT and name != "armature":
         return -math.inf if name == "lower" else math.inf
     return read_quantity(text, LIMIT_UNITS[name])
 
@@ -353,7 +354,7 @@ def make_task(settings: Settings, robot: Robot) -> Task:
     plugin = None if path is None else load_plugin(path)
     schema = SCHEMA if plugin is None else with_plugin(plugin)
     names = [n for n in (*SCHEMA["task"], *schema["margins"]) if n in settings and n != "preset"]
-    changes: dict[str, Any] = {name: settings[name] for name in names}
+    changes: dict[str, Any] = {n: None if settings[n] == NO_LIMIT else settings[n] for n in names}
     changes["constraints"] = () if plugin is None else plugin.constraints
     if plugin is not None and plugin.terrain is not None:
         names = [n for n in schema["task"] if n in settings and n not in SCHEMA["task"]]

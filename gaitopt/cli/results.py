@@ -23,7 +23,7 @@ from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import Terrain
-from gaitopt.settings import declared
+from gaitopt.settings import NO_LIMIT, declared
 from gaitopt.view.figure_worker import FigureWorker
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
@@ -84,7 +84,7 @@ def task_text(request: Request, directory: Path) -> str:
             **_known(task, "task"),
             **_fields(task.terrain),
         },
-        "margins": {n: v for n in task.declared if (v := task.margin(n)) is not None},
+        "margins": {n: NO_LIMIT if (v := task.margin(n)) is None else v for n in task.declared},
         "cost": {"cost": task.cost.name, **_fields(task.cost)},
         "geometry": _geometry(task),
         "robot": {"urdf": URDF, "choices": CHOICES},

@@ -25,6 +25,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
+from gaitopt.settings import NO_LIMIT
 from gaitopt.solvers.sqp import SQP
 
 FOLDER = "suggestions"
@@ -156,7 +157,7 @@ def _differing(found: Task, wanted: Task) -> dict[str, object]:
     differing = {n: getattr(wanted, n) for n in names if getattr(found, n) != getattr(wanted, n)}
     for name in wanted.declared:
         if found.margin(name) != (value := wanted.margin(name)):
-            differing[name] = value
+            differing[name] = NO_LIMIT if value is None else value
     return differing
 
 

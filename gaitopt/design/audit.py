@@ -16,6 +16,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded import robot_of
 from gaitopt.gait.result import FOOT, Gait, Recorded, array_names
@@ -145,10 +146,11 @@ def _multipliers_hold(problem: WalkProblem, gait: Gait, certificate: Certificate
 def imposed(problem: WalkProblem) -> tuple[str, ...]:
     """Return what a walk brings itself instead of taking it from the robot's description.
 
-    That is every margin of its task that is not the preset's, every choice about the robot, and
-    each joint limit that the task replaces, with the robot's own.
+    That is every margin of its task that is not that of the preset `standard`, every choice about
+    the robot, and each joint limit that the task replaces, with the robot's own.
     """
     margins, limits = problem.task.margins, problem.robot.limits
+    usual = preset_task(robot=problem.robot).margins
     found = []
     for name, own, unit in (
         ("torque_limit", limits.torque, "N·m"),
@@ -161,9 +163,9 @@ def imposed(problem: WalkProblem) -> tuple[str, ...]:
                 f"{own.max():g} {unit}"
             )
     for one in fields(Margins):
-        value = getattr(margins, one.name)
-        if one.name not in ("torque_limit", "speed_limit") and value != one.default:
-            found.append(f"{one.name} {value}, by default {one.default}")
+        value, default = getattr(margins, one.name), getattr(usual, one.name)
+        if one.name not in ("torque_limit", "speed_limit") and value != default:
+            found.append(f"{one.name} {value}, by default {default}")
     if (cost := problem.task.cost) != TorqueCost():
         found.append(f"cost '{cost.name}' [{cost.unit}]{_from(extension_record(cost))}")
     found += [

@@ -10,6 +10,7 @@ import numpy as np
 from gaitopt.design.design import checked_start
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
@@ -82,7 +83,7 @@ def compare_solvers(
 
     Args:
         robot: the biped.
-        task: by default 1 m/s with steps of 0.4 s.
+        task: by default the preset `standard`.
         solvers: names of `gaitopt.solvers.SOLVERS`, or solvers with options.
         start: parameters to begin with, shape (P,), or those of a gait; by default `first_guess`.
         on_progress: makes the progress callback of a walk.
@@ -97,7 +98,7 @@ def compare_solvers(
     chosen = [solver_by_name(one) if isinstance(one, str) else one for one in solvers]
     if not chosen:
         raise InputError("no solver is named; give one or more, as sqp,slsqp,ipopt")
-    problem = WalkProblem(robot, task or Task())
+    problem = WalkProblem(robot, task or preset_task(robot=robot))
     x = first_guess(problem) if start is None else checked_start(problem, start)
     runs = []
     for solver in chosen:

@@ -23,6 +23,7 @@ from gaitopt.errors import (
     UnreachableError,
 )
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
@@ -56,7 +57,7 @@ def design(
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
         StoppedError: `stop` said so before there was a walk.
     """
-    task, options = task or Task(), options or DesignOptions()
+    task, options = task or preset_task(robot=robot), options or DesignOptions()
     problem, multipliers = WalkProblem(robot, task), None
     x = guess(problem, options, stop) if start is None else checked_start(problem, start)
     if isinstance(start, Gait):

@@ -529,7 +529,7 @@ def usual_value(problem: WalkProblem, setting: Adjustment) -> float | None:
     Where the limit is usually not imposed, that is the setting's bound, or the robot's own motors.
     """
     robot, task = problem.robot, problem.task
-    usual = humanoid_task(robot) if task.boundary == "lifted" else preset_task()
+    usual = humanoid_task(robot) if task.boundary == "lifted" else preset_task(robot=robot)
     if setting.name in _ROBOT_SETTINGS:
         return None
     if setting.name == "duration":

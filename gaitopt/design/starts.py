@@ -32,7 +32,7 @@ from gaitopt.design.summary import peak_torques
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.presets import foreign_margins
+from gaitopt.gait.presets import foreign_margins, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
@@ -67,7 +67,7 @@ def design_gait(
 
     Args:
         robot: the biped.
-        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
+        task: speed, duration, margins; by default the preset `standard`.
         options: solver, refinement, kind of derivatives.
         start: first guess of the parameters, shape (P,), or a gait, which is gone on from at its
             instants if it is an optimum of this very walk; by default `first_guess`.
@@ -92,7 +92,7 @@ def design_gait(
         raise InputError(
             f"the robot is {shown(robot)}; give a Robot, as Robot.from_urdf('robot.urdf')"
         )
-    task = task or Task()
+    task = task or preset_task(robot=robot)
     foreign = foreign_margins(robot, task)
     if foreign is not None:
         warnings.warn(foreign, stacklevel=2)
@@ -131,7 +131,7 @@ def many_starts(
 
     Args:
         robot: the biped.
-        task: by default 1 m/s with steps of 0.4 s.
+        task: by default the preset `standard`.
         options: as of `design`; the starts always have exact derivatives.
         count: number of starts; the first is the guess itself, the second a slower walk. Where
             the best of several is no optimum, one more is made.
@@ -155,7 +155,7 @@ def many_starts(
         GaitoptError: a worker process died.
     """
     _check(count, seed, sigma, workers)
-    task, options = task or Task(), options or DesignOptions()
+    task, options = task or preset_task(robot=robot), options or DesignOptions()
     try:
         problem = WalkProblem(robot, task)
         x = first_guess(problem) if start is None else checked_start(problem, start)

@@ -86,7 +86,8 @@ def margin(
     """Return a dataclass field that is a margin, see `Margin`.
 
     Args:
-        default: its value unless given; None where the constraint is then off.
+        default: its value unless given; None where the constraint is then off, and "none" stands
+            for that where people write.
         help_text: of the option, one line.
         words, unit, above, least, most: as in `Margin`.
         relax: `farthest` and `change` of the `Margin`.
@@ -94,6 +95,7 @@ def margin(
         shown: other attributes of the option, as in `gaitopt.settings.Setting`.
     """
     declared = Margin(words, unit, above, least, most, *(relax or ()))
+    shown = {"limit": default is None, **shown}
     return field(
         default=default,
         metadata={_KEY: declared, **setting(help_text, SINE if sine else unit, **shown)},

@@ -192,7 +192,7 @@ class Margins:
         0.9995,
         "Longest distance from hip to ankle in double support, over that of the straight leg.",
         "the largest extension of the legs",
-        above=0.0, most=1.0, relax=(1.0, 0.01), metavar="ratio",
+        above=0.0, most=1.0, relax=(1.0, 0.01), metavar="ratio", limit=True,
     )  # fmt: skip
     liftoff_speed: float = margin(
         0.0, "Least speed upward of the rear foot as it leaves; below zero it may sink first.",

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import is_finite
 from gaitopt.gait.constraints import Margins
@@ -41,13 +42,14 @@ ROBUST_FRICTION = 0.5  # what a foot that lands 2 ms early still finds
 ROBUST_COP = 0.1  # margin of the centre of pressure over the width of the sole
 ROBUST_LANDING = 0.07  # speed of the landing corners over sqrt(g h): 0.2 m/s of a man
 ROBUST_IMPULSE = 0.07  # vertical impulse over mass and sqrt(g h)
-_SIZED = (*TRUNK, "minimum_load", "torsional_friction", "step_width", "leg_gap", "swing_height")
+_SIZED = (*TRUNK, "minimum_load", "step_width", "leg_gap", "swing_height")
 
 
 def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: object) -> Task:
     """Return a task of a named preset, with some fields changed.
 
-    `standard`: for the thirteen-link biped, 43 parameters and every constraint. `paper`: the
+    `standard`: for the thirteen-link biped, 43 parameters and every constraint, torsional friction
+    as its sole, or that of the robot given, can bear (docs/decisions/torsion.md). `paper`: the
     constraints of section 3.2 only, the six geometric parameters of section 4.2, speed as the
     constraint (39). `humanoid`: for any other robot; speed, duration, load, step width and
     friction under the foot follow from its size and weight, trunk and swing foot keep upright.
@@ -55,7 +57,8 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
 
     Args:
         preset: its name.
-        robot: the biped, which `humanoid` and `robust` are sized by; the others do without.
+        robot: the biped, which `humanoid` and `robust` are sized by; `standard` takes its sole,
+            `paper` does without.
         changes: fields of `Task`, and margins of it and of its own constraints, as `speed=0.6`
             [m/s].
 
@@ -66,7 +69,7 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
     if preset not in PRESETS:
         raise InputError(f"preset '{preset}' is unknown; choose one of {', '.join(PRESETS)}")
     if preset == STANDARD:
-        return Task().with_changes(**changes)
+        return Task().with_changes(**{**_torsional_friction(robot, changes), **changes})
     if preset == PAPER:
         geometry = set_geometry(GEOMETRY, {"pelvis_yaw": {"free": False}})
         return Task(geometry=geometry, margins=Margins(impulse_cop=False)).with_changes(**changes)
@@ -97,11 +100,7 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     if is_finite(speed) and is_finite(aside):
         pace = math.hypot(float(str(speed)), float(str(aside)))
         defaults["duration"] = natural_duration(robot, pace)
-    friction = changes.get("friction", Margins().friction)
-    if isinstance(friction, float | int):
-        sole = robot.sole
-        arm = turning_arm(sole.toe - sole.heel, sole.left - sole.right)
-        defaults["torsional_friction"] = round(float(friction) * arm, 4)
+    defaults |= _torsional_friction(robot, changes)
     defaults |= {**TRUNK, "trunk_roll": TRUNK["trunk_roll"] if robot.legs.ankles_roll else ROLL}
     defaults |= {"knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
     if robot.tree.size > robot.tree.swing_foot:
@@ -113,6 +112,23 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     if isinstance(gap, float | int):
         defaults["step_width"] = widest(robot, gap)
     return Task().with_changes(**{**defaults, **changes})
+
+
+def _torsional_friction(robot: Robot | None, changes: Mapping[str, object]) -> dict[str, object]:
+    """Return the turning moment over the load that an evenly pressed sole bears; 0.1 mm at least.
+
+    Without a robot the sole is that of the thirteen-link biped.
+    """
+    friction = changes.get("friction", Margins().friction)
+    if not is_finite(friction):
+        return {}  # the task says what is wrong with it
+    if robot is None:
+        feet = biped13().geometry
+        length, width = feet.foot_length, feet.foot_width
+    else:
+        length, width = robot.sole.length, robot.sole.left - robot.sole.right
+    bearable = float(str(friction)) * turning_arm(length, width)
+    return {"torsional_friction": max(round(bearable, 4), 1e-4)}
 
 
 def _swing(robot: Robot, changes: Mapping[str, object]) -> dict[str, object]:

@@ -16,7 +16,7 @@ from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.feet.sole import Sole
-from gaitopt.settings import checked
+from gaitopt.settings import NO_LIMIT, checked
 from gaitopt.units import read_quantity
 
 Axis = str | tuple[float, float, float]
@@ -45,9 +45,6 @@ LIMIT_UNITS = {
     "torque": "N·m", "speed": "rad/s", "lower": "rad", "upper": "rad", "armature": "kg·m²",
 }  # fmt: skip
 """What a `LimitOverride` can replace, and its unit."""
-
-NO_LIMIT = "none"
-"""What stands for an infinite limit in a file."""
 
 LEAST_GRAVITY = 0.01
 """Of free fall [m/s²]: what walks must be pressed on the ground."""
