@@ -5,11 +5,10 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from common import arguments, robot_of, save
+from common import arguments, reference_task, robot_of, save
 
 from gaitopt.design.design import design
 from gaitopt.errors import NoGaitFoundError, UnreachableError
-from gaitopt.gait.presets import preset_task
 
 TASKS: dict[str, dict[str, float]] = {
     "torque_limit 25 N·m": {"torque_limit": 25.0},
@@ -25,7 +24,7 @@ TASKS: dict[str, dict[str, float]] = {
 
 def run(name: str) -> dict[str, Any]:
     """Ask for one walk that does not exist; the time is that of design and diagnosis."""
-    robot, task = robot_of(), preset_task("standard", **TASKS[name])
+    robot, task = robot_of(), reference_task(**TASKS[name])
     started = time.process_time()
     record: dict[str, Any] = {"task": name, "constraints": [], "suggestions": []}
     try:

@@ -8,13 +8,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from common import arguments, robot_of, save
+from common import arguments, reference_task, robot_of, save
 
 from gaitopt import biped13
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
-from gaitopt.gait.presets import preset_task
 from gaitopt.sweep.grid import Grid, parse_axis, with_values
 from gaitopt.sweep.scheduler import Scenarios, sweep
 
@@ -32,7 +31,7 @@ OPTIONS = DesignOptions(diagnose=False)
 
 def grid(quantities: dict[str, str]) -> dict[str, Any]:
     """Sweep a grid, and design each of its points by itself."""
-    spec, robot, task = biped13(), robot_of(), preset_task()
+    spec, robot, task = biped13(), robot_of(), reference_task()
     axes = [parse_axis(name, text) for name, text in quantities.items()]
     points = Grid(tuple(axes))
     started = time.process_time()

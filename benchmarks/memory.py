@@ -8,12 +8,11 @@ import tracemalloc
 from typing import Any
 
 import numpy as np
-from common import arguments, robot_of, save, start, walk
+from common import arguments, reference_task, robot_of, save, start, walk
 from threadpoolctl import threadpool_limits
 
 from gaitopt.design.design import design
 from gaitopt.design.process import small_matrices
-from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers.sqp import SQP
@@ -46,7 +45,7 @@ def measure(solves: int) -> dict[str, Any]:
         page_faults(problem)  # the first one fetches what is then kept
         kept = [page_faults(problem) for _ in range(solves)]
     before = resident()
-    robot, task = robot_of(), preset_task("standard", speed=1.0)
+    robot, task = robot_of(), reference_task(speed=1.0)
     design(robot, task)
     after = resident()
     tracemalloc.start()

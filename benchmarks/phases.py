@@ -9,11 +9,12 @@ that are not run keep their results.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
-from common import RESULTS, arguments, robot_of, save
+from common import RESULTS, arguments, reference_task, robot_of, save
 from tables import table
 
 from gaitopt.catalogue.entries import description, entry_by_name
@@ -25,7 +26,7 @@ from gaitopt.design.starts import design_gait
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import set_geometry
-from gaitopt.gait.presets import preset_task
+from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import TOUCH_DOWNS, Task
 from gaitopt.model.robot import Robot
@@ -48,7 +49,7 @@ def free_duration(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield the best walks of the biped, flat and turning, over its speeds."""
     durations = DURATIONS[1:] if quick else DURATIONS
     for speed in SPEEDS[2:3] if quick else SPEEDS:
-        yield {"speed": speed, **best_walks(robot_of(), "standard", speed, durations)}
+        yield {"speed": speed, **best_walks(robot_of(), reference_task, speed, durations)}
 
 
 def others_free(quick: bool) -> Iterator[dict[str, Any]]:
@@ -56,23 +57,25 @@ def others_free(quick: bool) -> Iterator[dict[str, Any]]:
     for name, (speeds, durations) in FREE_WALKS.items():
         source, choices = description(entry_by_name(name))
         robot = Robot.from_urdf(source, choices=choices)
+        of = partial(humanoid_task, robot)
         for speed in speeds[:1] if quick else speeds:
             own = durations[:1] if quick else durations
-            yield {"robot": name, "speed": speed, **best_walks(robot, "humanoid", speed, own)}
+            yield {"robot": name, "speed": speed, **best_walks(robot, of, speed, own)}
 
 
 def best_walks(
-    robot: Robot, preset: str, speed: float, durations: tuple[float, ...]
+    robot: Robot, task_of: Callable[..., Task], speed: float, durations: tuple[float, ...]
 ) -> dict[str, dict[str, Any]]:
     """Return the best walk on flat feet and the best that turns, where that is kept.
 
     Args:
-        robot, preset, speed: of the walks.
+        robot, speed: of the walks.
+        task_of: makes their task of speed and duration.
         durations: first guesses of the duration of a step, which is free [s].
     """
     best: dict[str, Design] = {}
     for duration in durations:
-        task = preset_task(preset, robot, speed=speed, duration=duration)
+        task = task_of(speed=speed, duration=duration)
         task = task.with_changes(geometry=set_geometry(task.geometry, {"duration": FREE}))
         for changes in ({}, {"toe_off": BEGIN}):
             for one in attempted(robot, task.with_changes(**changes)):
@@ -109,7 +112,7 @@ def record(one: Design) -> dict[str, Any]:
 def disturbed(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield the walks of the biped at 1 m/s from disturbed first guesses."""
     robot = robot_of()
-    task = preset_task("standard", robot, speed=1.0, duration=0.5, toe_off=BEGIN)
+    task = reference_task(speed=1.0, duration=0.5, toe_off=BEGIN)
     problem = WalkProblem(robot, task)
     options = DesignOptions(toe_begin="given", diagnose=False)
     for seed in range(2 if quick else STARTS):
@@ -128,7 +131,7 @@ def others(quick: bool) -> Iterator[dict[str, Any]]:
         source, choices = description(entry_by_name(name))
         robot = Robot.from_urdf(source, choices=choices)
         for speed, duration in walks[: 1 if quick else None]:
-            task = preset_task("humanoid", robot, speed=speed, duration=duration, toe_off=BEGIN)
+            task = humanoid_task(robot, speed=speed, duration=duration, toe_off=BEGIN)
             for found in attempted(robot, task):
                 times = found.gait.meta["phase_times"]
                 begin = times["found"] and times["found"]["toe_off"]
@@ -143,7 +146,7 @@ def iterations(quick: bool) -> Iterator[dict[str, Any]]:
     for speed in SPEEDS[2:3] if quick else SPEEDS:
         counts = {}
         for kind, begin in (("flat", None), ("toe", BEGIN)):
-            task = preset_task("standard", robot, speed=speed, duration=0.5, toe_off=begin)
+            task = reference_task(speed=speed, duration=0.5, toe_off=begin)
             problem = WalkProblem(robot, task)
             found = attempt(problem, DesignOptions(), first_guess(problem))
             counts[kind] = {"iterations": found.iterations, "status": found.status.name.lower()}
@@ -154,7 +157,7 @@ def heel_strike(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield walks of the biped that land on their heels, alone and with a turn about the toe."""
     robot, options = robot_of(), DesignOptions(toe_begin="given", diagnose=False)
     for speed, name in ((s, n) for s in ((1.0,) if quick else (1.0, 1.2)) for n in HEELS):
-        task = preset_task("standard", robot, speed=speed, duration=0.5).with_changes(**HEELS[name])
+        task = reference_task(speed=speed, duration=0.5).with_changes(**HEELS[name])
         try:
             found = design_gait(robot, task, options)
         except GaitoptError as error:
@@ -177,7 +180,7 @@ def double_support(quick: bool) -> Iterator[dict[str, Any]]:
         ]
         walks += [("both", {"double_support": t}) for t in (TIMES[5:6] if quick else TIMES)]
         for kind, changes in walks:
-            task = preset_task("standard", robot, speed=1.0, duration=duration)
+            task = reference_task(speed=1.0, duration=duration)
             row = {"duration": duration, "kind": kind, "time": changes.get("double_support", 0.0)}
             try:
                 found = design(robot, task.with_changes(**changes), options)
@@ -201,7 +204,7 @@ def touch_down(quick: bool) -> Iterator[dict[str, Any]]:
     for kind, changes in walks:
         row = {"kind": kind, "time": changes.get("double_support", 0.0)}
         try:
-            task = preset_task("humanoid", robot, **own, **changes)
+            task = humanoid_task(robot, **own, **changes)
             found = design(robot, task, DesignOptions(diagnose=False))
         except GaitoptError as error:
             yield {**row, "verdict": str(error)}
@@ -216,7 +219,7 @@ def toe_off_both(quick: bool) -> Iterator[dict[str, Any]]:
     for speed in (1.0,) if quick else (1.0, 1.2):
         for time in (0.1,) if quick else (0.05, 0.1):
             for begin in (None, *BEGINNINGS):
-                task = preset_task("standard", robot, speed=speed, duration=0.5)
+                task = reference_task(speed=speed, duration=0.5)
                 row = {"speed": speed, "time": time, "turns from": begin}
                 try:
                     asked = task.with_changes(double_support=time, toe_off=begin)

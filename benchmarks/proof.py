@@ -10,7 +10,7 @@ import time
 from typing import Any
 
 import numpy as np
-from common import arguments, robot_of, save
+from common import arguments, reference_task, robot_of, save
 from random_bipeds import random_case
 from real_robots import robot_of as catalogue_robot
 
@@ -19,7 +19,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.presets import humanoid_task, preset_task
+from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
@@ -58,9 +58,9 @@ def random_walk(seed: int) -> tuple[str, Robot, Task]:
         )
     more |= SWITCHES[int(rng.integers(len(SWITCHES)))]
     if kind == 0:
-        return "biped13", robot_of(), preset_task(speed=float(rng.uniform(0.3, 1.2)), **more)
+        return "biped13", robot_of(), reference_task(speed=float(rng.uniform(0.3, 1.2)), **more)
     spec, speed, _ = random_case(int(rng.integers(10_000)))
-    return "random biped", robot_of(spec), preset_task(speed=speed, **more)
+    return "random biped", robot_of(spec), reference_task(speed=speed, **more)
 
 
 def worst_at(problem: WalkProblem, x: Array, count: int = INSTANTS) -> tuple[float, str]:

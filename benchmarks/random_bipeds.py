@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 import numpy as np
-from common import arguments, robot_of, save
+from common import arguments, reference_task, robot_of, save
 
 from gaitopt import biped13
 from gaitopt.catalogue.biped_spec import BipedSpec
@@ -15,7 +15,6 @@ from gaitopt.design.design import design
 from gaitopt.design.diagnosis import diagnose
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError, NoGaitFoundError
-from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 
 LENGTHS, MASSES = 0.2, 0.3
@@ -59,7 +58,7 @@ def random_case(seed: int) -> tuple[BipedSpec, float, dict[str, float]]:
 def run(seed: int) -> dict[str, Any]:
     """Design one gait and tell how it went."""
     spec, speed, factors = random_case(seed)
-    robot, task = robot_of(spec), preset_task("standard", speed=speed)
+    robot, task = robot_of(spec), reference_task(speed=speed)
     record: dict[str, Any] = {"seed": seed, "speed": speed, "factors": factors}
     started = time.perf_counter()
     try:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from common import arguments, save, told
+from common import arguments, reference_task, save, told
 
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.design import design, search
@@ -16,7 +16,7 @@ from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
-from gaitopt.gait.presets import humanoid_task, preset_task
+from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.model.feet.sole import Sole
@@ -138,7 +138,7 @@ def bare_task(**changes: object) -> Task:
     """Return a task without trunk, width and clearance bounds, in the lifted form."""
     table = set_geometry(GEOMETRY, {"pelvis_yaw": {"free": False}})
     lifted: dict[str, object] = {"boundary": "lifted", "leg_extension": None, "geometry": table}
-    return preset_task(**{**lifted, "impulse_cop": False, **changes})
+    return reference_task(**{**lifted, "impulse_cop": False, **changes})
 
 
 def head_to_head(count: int) -> list[dict[str, Any]]:

@@ -7,14 +7,13 @@ import time
 from typing import Any
 
 import numpy as np
-from common import arguments, interleaved, robot_of, save
+from common import arguments, interleaved, reference_task, robot_of, save
 
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.robot_changes import Anatomy
 from gaitopt.design.sensitivity import Envelope, robot_changes
-from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot, cached_workspace
@@ -71,8 +70,8 @@ def main() -> None:
     g1 = Robot.from_urdf(source, choices=choices)
     rounds = 5 if quick else 60
     data = {
-        "biped13": times(robot_of(), preset_task(speed=1.0), rounds),
-        "g1": times(g1, preset_task("humanoid", g1, speed=0.6), rounds),
+        "biped13": times(robot_of(), reference_task(speed=1.0), rounds),
+        "g1": times(g1, reference_task("humanoid", g1, speed=0.6), rounds),
     }
     save("sensitivity", data, quick)
 

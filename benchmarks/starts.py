@@ -6,14 +6,13 @@ import time
 from typing import Any
 
 import numpy as np
-from common import arguments, robot_of, save
+from common import arguments, reference_task, robot_of, save
 
 from gaitopt.design.options import SIGMA, DesignOptions
 from gaitopt.design.pipeline import is_walk
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.gait.initial_guess import first_guess
-from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Start
@@ -26,7 +25,7 @@ NOISY = 4
 
 def run(robot: Robot, speed: float) -> dict[str, Any]:
     """Make all starts at one speed."""
-    problem = WalkProblem(robot, preset_task("standard", speed=speed))
+    problem = WalkProblem(robot, reference_task(speed=speed))
     job = StartJob(robot, problem.task, DesignOptions(), first_guess(problem), SIGMA, seed=0)
     costs, seconds = [], []
     for number in range(2 + NOISY):
@@ -47,7 +46,7 @@ def neighbours(robot: Robot, speeds: tuple[float, ...]) -> dict[float, float]:
     best: dict[float, float] = {}
     x = None
     for speed in 2 * (*speeds, *speeds[::-1]):
-        problem = WalkProblem(robot, preset_task("standard", speed=speed))
+        problem = WalkProblem(robot, reference_task(speed=speed))
         solution = SQP().solve(problem, Start(first_guess(problem) if x is None else x))
         if is_walk(solution):
             x = solution.x

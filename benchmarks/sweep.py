@@ -7,14 +7,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from common import arguments, robot_of, save
+from common import arguments, reference_task, robot_of, save
 from process import run
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import tune_process
 from gaitopt.design.starts import many_starts
-from gaitopt.gait.presets import preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.sweep.grid import parse_axis
 from gaitopt.sweep.scheduler import SweepProgress, sweep
@@ -42,7 +41,7 @@ class Stages:
 def cold(robot: Robot, speed: float, starts: int = 1) -> dict[str, Any]:
     """Design one gait from its first guess, or from as many starts as the command makes."""
     started, cpu = time.perf_counter(), time.process_time()
-    task = preset_task(speed=speed)
+    task = reference_task(speed=speed)
     if starts == 1:
         found = design(robot, task, DesignOptions())
     else:
@@ -63,7 +62,9 @@ def swept(robot: Robot, text: str) -> dict[str, Any]:
     started, cpu = time.perf_counter(), time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         axis = parse_axis("speed", text)
-        library = sweep(robot, preset_task(), [axis], Path(folder) / "library", on_progress=stages)
+        library = sweep(
+            robot, reference_task(), [axis], Path(folder) / "library", on_progress=stages
+        )
         rows = library.rows
     return {
         "seconds": time.perf_counter() - started,
