@@ -2,12 +2,21 @@
 
 from pathlib import Path
 
-from gaitopt import Robot, Task, biped13, design_gait, save_gait, summarise, urdf_text, write_page
+from gaitopt import (
+    Robot,
+    biped13,
+    design_gait,
+    preset_task,
+    save_gait,
+    summarise,
+    urdf_text,
+    write_page,
+)
 
 RESULTS = Path(__file__).parent / "results"
 
 robot = Robot.from_urdf(urdf_text(biped13()))
-found = design_gait(robot, Task(speed=1.0, duration=0.4))
+found = design_gait(robot, preset_task("standard", robot, speed=1.0))
 
 print(f"{robot.name}: {found.gait.cost:.0f} N²·m·s, {found.certificate.verdict}")
 for motor in summarise(found.gait)["motors"]:

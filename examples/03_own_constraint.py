@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt import Robot, Task, biped13, design_gait, urdf_text
+from gaitopt import Robot, biped13, design_gait, preset_task, urdf_text
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.functions import Linear
@@ -46,7 +46,7 @@ robot = Robot.from_urdf(urdf_text(biped13()))
 print("knees at most   cost")
 for limit in (None, 5.0, 4.0):
     own = () if limit is None else (KneeSpeed(knee_speed=limit),)
-    found = design_gait(robot, Task(speed=0.8, constraints=own))
+    found = design_gait(robot, preset_task("standard", robot, speed=0.8, constraints=own))
     knee = max(
         abs(found.gait.dq[:, [i for i, n in enumerate(robot.joint_names) if "knee" in n]]).max(
             axis=0

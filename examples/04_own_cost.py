@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt import Robot, Task, biped13, design_gait, urdf_text
+from gaitopt import Robot, biped13, design_gait, preset_task, urdf_text
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import margin
 from gaitopt.gait.costs import RunningCost, TorqueCost
@@ -35,7 +35,7 @@ class TorqueAndRate(RunningCost):
 robot = Robot.from_urdf(urdf_text(biped13()))
 print("cost             torque²  largest torque   largest rate")
 for cost in (TorqueCost(), TorqueAndRate(weight=50.0), TorqueAndRate(weight=200.0)):
-    gait = design_gait(robot, Task(speed=0.8, cost=cost)).gait
+    gait = design_gait(robot, preset_task("standard", robot, speed=0.8, cost=cost)).gait
     effort = float(np.trapezoid((gait.torque**2).sum(axis=1), gait.time)) / gait.step_length
     print(
         f"{cost.name:16} {effort:7.0f} {abs(gait.torque).max():10.1f} N·m "

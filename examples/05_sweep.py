@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
-from gaitopt import Robot, Task, biped13, urdf_text
+from gaitopt import Robot, biped13, preset_task, urdf_text
 from gaitopt.sweep import parse_axis, sweep
 
 RESULTS = Path(__file__).parent / "results"
 
 robot = Robot.from_urdf(urdf_text(biped13()))
-library = sweep(robot, Task(), [parse_axis("speed", "0.7:0.9:0.1")], RESULTS / "speeds")
+task = preset_task("standard", robot)
+library = sweep(robot, task, [parse_axis("speed", "0.7:0.9:0.1")], RESULTS / "speeds")
 
 print("speed      cost")
 for row in library.rows:

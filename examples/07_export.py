@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from gaitopt import Robot, Task, biped13, design_gait, export, urdf_text
+from gaitopt import Robot, biped13, design_gait, export, preset_task, urdf_text
 
 RESULTS = Path(__file__).parent / "results"
 RESULTS.mkdir(exist_ok=True)
 
 robot = Robot.from_urdf(urdf_text(biped13()))
-gait = design_gait(robot, Task(speed=1.0)).gait
+gait = design_gait(robot, preset_task("standard", robot, speed=1.0)).gait
 
 walk = gait.trajectory
 samples = walk.at(walk.times(rate=500.0, strides=2))  # four steps at 500 Hz

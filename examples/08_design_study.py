@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from gaitopt import Robot, Task, biped13, design_gait, summarise, urdf_text
+from gaitopt import Robot, biped13, design_gait, preset_task, summarise, urdf_text
 from gaitopt.catalogue.parameters import changed
 
 
@@ -25,7 +25,7 @@ VARIANTS = (
 print("variant               cost   knee: torque    power")
 for variant in VARIANTS:
     robot = Robot.from_urdf(urdf_text(changed(spec, variant.changes)))
-    found = design_gait(robot, Task(speed=0.8))
+    found = design_gait(robot, preset_task("standard", robot, speed=0.8))
     knee = next(m for m in summarise(found.gait)["motors"] if m["joint"] == "knee")
     print(
         f"{variant.name:20} {found.gait.cost:6.0f} {knee['peak_torque_Nm']:9.1f} N·m "

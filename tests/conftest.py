@@ -4,11 +4,10 @@ from collections.abc import Callable, Generator
 
 import numpy as np
 import pytest
-from reference_cases import ReferenceCase, biped, reference_case
+from reference_cases import ReferenceCase, biped, reference_case, reference_task
 
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
-from gaitopt.gait.presets import preset_task
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
@@ -75,8 +74,8 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture(scope="session")
 def standard_task() -> Task:
-    """The walk of 1.0 m/s with 43 parameters and every constraint."""
-    return preset_task("standard", speed=1.0)
+    """The walk of 1.0 m/s with 43 parameters and every constraint that other solutions have."""
+    return reference_task(speed=1.0)
 
 
 @pytest.fixture(scope="session")

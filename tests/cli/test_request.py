@@ -4,12 +4,16 @@ import numpy as np
 import pytest
 from reference_cases import biped
 
+from gaitopt.cli.config import read_config
+from gaitopt.cli.request import make_request
+from gaitopt.cli.results import task_text
 from gaitopt.design.known_walk import parameters_of
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.settings import NO_LIMIT
 
 
 def problem(**changes) -> WalkProblem:
@@ -37,3 +41,22 @@ def test_a_walk_of_another_number_of_postures_is_refused():
     walk, other = problem(), problem(postures=1)
     with pytest.raises(InputError, match="another number of intermediate postures"):
         parameters_of(gait_at(walk, first_guess(walk), {}), other)
+
+
+def test_none_lifts_a_limit_of_the_preset(tmp_path):
+    given = {"torsional_friction": NO_LIMIT, "leg_extension": NO_LIMIT, "speed": 0.8}
+    request = make_request(given, None)
+    assert request.task == preset_task(torsional_friction=None, leg_extension=None, speed=0.8)
+    (tmp_path / "task.toml").write_text(task_text(request, tmp_path))
+    assert read_config(tmp_path / "task.toml")["torsional_friction"] == NO_LIMIT
+    assert make_request({"speed": 0.8}, None).task.margins.torsional_friction is not None
+
+
+def test_only_a_limit_can_be_none(tmp_path):
+    config = tmp_path / "task.toml"
+    config.write_text('[margins]\ntorsional_friction = "never"')
+    with pytest.raises(InputError, match=r"margins.torsional_friction = 'never' .* mm, or none"):
+        read_config(config)
+    config.write_text('[margins]\nfriction = "none"')
+    with pytest.raises(InputError, match=r"margins.friction = 'none' is wrong; give a number$"):
+        read_config(config)

@@ -1,5 +1,7 @@
 """Named tasks in public Python, and what is said where one meets another robot."""
 
+from dataclasses import replace
+
 import pytest
 from urdf_edits import edited_urdf, scale_mass
 
@@ -8,6 +10,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.presets import foreign_margins, humanoid_task, preset_task
+from gaitopt.model.feet.sole import turning_arm
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 
@@ -26,8 +29,21 @@ def test_the_preset_of_humanoids_is_sized_by_the_robot(robot):
     assert gaitopt.preset_task is preset_task
 
 
+def test_a_standard_walk_turns_its_foot_no_harder_than_the_sole_bears(robot, foreign):
+    sole = robot.sole
+    arm = turning_arm(sole.length, sole.left - sole.right)
+    given = preset_task("standard", robot, friction=0.5).margins
+    assert given.torsional_friction == pytest.approx(0.5 * arm, abs=5e-5)
+    assert preset_task() == preset_task("standard", robot)  # without a robot, that of the biped
+    short = replace(foreign, sole=replace(sole, heel=0.5 * sole.heel))
+    bears = preset_task("standard", short).margins.torsional_friction
+    assert bears == pytest.approx(0.7 * turning_arm(0.107, 0.136), abs=5e-5)
+    assert bears < preset_task().margins.torsional_friction
+    assert preset_task(friction=1e-4).margins.torsional_friction > 0.0
+    assert preset_task("paper").margins.torsional_friction is None
+
+
 def test_the_others_do_without_a_robot(robot):
-    assert preset_task() == gaitopt.Task()
     assert preset_task("paper", robot) == preset_task("paper")
     with pytest.raises(InputError, match=r'give it, as in preset_task\("humanoid", robot'):
         preset_task("humanoid")

@@ -116,8 +116,9 @@ def test_the_step_length_is_what_the_speed_asks_for():
     assert Task(speed=0.8, duration=0.45).step_length == pytest.approx(0.36)
 
 
-def test_the_standard_preset_is_the_default_task():
-    assert preset_task() == preset_task("standard") == Task()
+def test_the_standard_preset_is_the_default_task_with_torsional_friction():
+    assert preset_task() == preset_task("standard") != Task()
+    assert preset_task(torsional_friction=None) == Task()
 
 
 def test_the_paper_preset_knows_only_its_constraints():
@@ -126,7 +127,9 @@ def test_the_paper_preset_knows_only_its_constraints():
     assert sum(q.free for q in paper.geometry) == 6
     assert (standard.margins.impulse_cop, paper.margins.impulse_cop) == (True, False)
     assert paper == replace(
-        standard, geometry=paper.geometry, margins=replace(standard.margins, impulse_cop=False)
+        standard,
+        geometry=paper.geometry,
+        margins=replace(standard.margins, impulse_cop=False, torsional_friction=None),
     )
 
 
