@@ -8,7 +8,6 @@ from gaitopt.design import refinement
 from gaitopt.design.active_set import violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.refinement import refine
-from gaitopt.gait.constraints import Margins
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Solution, Status
@@ -139,4 +138,6 @@ def test_a_round_that_fails_keeps_the_gait_before_it(sampled_design, failure, ke
 
 
 def test_margins_of_the_helper_are_real():
-    assert with_margins(walk("guess").problem, friction=0.5).task.margins == Margins(friction=0.5)
+    problem = walk("guess").problem
+    changed = with_margins(problem, friction=0.5).task.margins
+    assert changed == replace(problem.task.margins, friction=0.5) != problem.task.margins

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from motions import kinematics
 from numerics import relative_error
-from reference_cases import biped
+from reference_cases import biped, reference_task
 from urdf_edits import edited_urdf, joint, set_limit
 from walks import SWITCHED, UPRIGHT, rows_and_limits, walk
 
@@ -15,7 +15,6 @@ from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_geometry
-from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import completed
 from gaitopt.mechanics.body_pairs import leg_pairs
@@ -42,17 +41,19 @@ def rows(problem, step):
 
 
 def test_everything_is_off_unless_it_is_asked_for(robot):
-    names = {f.name for f in constraint_blocks(robot, preset_task(), uniform_grid(3))}
+    names = {f.name for f in constraint_blocks(robot, reference_task(), uniform_grid(3))}
     assert names.isdisjoint(SWITCHED)
-    asked = {f.name for f in constraint_blocks(robot, preset_task(**UPRIGHT), uniform_grid(3))}
+    asked = {f.name for f in constraint_blocks(robot, reference_task(**UPRIGHT), uniform_grid(3))}
     assert asked - names == set(SWITCHED)
-    wide = constraint_blocks(robot, preset_task(step_width=0.2), uniform_grid(3))
+    wide = constraint_blocks(robot, reference_task(step_width=0.2), uniform_grid(3))
     assert {f.name for f in wide} == names  # a bound of a parameter, not a row
 
 
 def test_each_margin_switches_its_own(robot):
     def names(**margins):
-        return {f.name for f in constraint_blocks(robot, preset_task(**margins), uniform_grid(3))}
+        return {
+            f.name for f in constraint_blocks(robot, reference_task(**margins), uniform_grid(3))
+        }
 
     off = names()
     for entry in ("roll", "pitch", "yaw"):
@@ -66,7 +67,7 @@ def test_each_margin_switches_its_own(robot):
 
 
 def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
-    problem = WalkProblem(robot, preset_task())
+    problem = WalkProblem(robot, reference_task())
     x = first_guess(problem)
     monkeypatch.setattr(ForwardKinematics, "placed", None)  # calling it is an error
     step, slope = problem.derivatives(x)
@@ -77,7 +78,7 @@ def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
 
 def test_they_change_no_other_row(robot, problem, step):
     """Up to rounding: torques come with their derivatives from another routine than without."""
-    plain = WalkProblem(robot, preset_task(), problem.grid)
+    plain = WalkProblem(robot, reference_task(), problem.grid)
     at = plain.values(step.x)
     for constraint in plain.blocks:
         here = problem.values(step.x).rows[problem.rows_of(constraint.name)]
@@ -199,7 +200,7 @@ def test_landing_impulse(robot, rows, step):
 
 
 def spacing_bounds(side="right", **changes):
-    layout = WalkProblem(biped(side), preset_task(**changes)).layout
+    layout = WalkProblem(biped(side), reference_task(**changes)).layout
     quantity = layout.geometry[FOOT_SPACING]
     return quantity.lower, quantity.upper
 
@@ -215,7 +216,7 @@ def test_step_width_bounds_the_foot_spacing():
 
 
 def test_the_first_guess_keeps_the_step_width(robot):
-    problem = WalkProblem(robot, preset_task(step_width=0.15))
+    problem = WalkProblem(robot, reference_task(step_width=0.15))
     x = first_guess(problem)
     assert x[problem.layout.index("foot_spacing")] == 0.15
 
@@ -231,7 +232,7 @@ def test_knees_that_bend_to_negative_angles_are_the_same_knees(robot):
     """The same robot with another sign of the knees: every row and the cost stay as they are."""
     other = Robot.from_urdf(edited_urdf(knees_bend_the_other_way))
     assert (other.legs.flexion == -1.0).all()
-    problem = WalkProblem(robot, preset_task(knee_flexion=0.21))
+    problem = WalkProblem(robot, reference_task(knee_flexion=0.21))
     there = WalkProblem(other, problem.task)
     x, sign = walk("guess").x, np.ones(12)
     sign[list(robot.legs.knees)] = -1.0
@@ -248,7 +249,7 @@ def test_knees_that_bend_to_negative_angles_are_the_same_knees(robot):
 )
 def test_a_sole_turned_by_half_a_turn_is_not_level(turn):
     """About each axis: the sines of its tilt vanish as if it were level."""
-    problem = WalkProblem(biped(), preset_task(swing_tilt=0.3))
+    problem = WalkProblem(biped(), reference_task(swing_tilt=0.3))
     constraint = next(f for f in problem.blocks if f.name == "swing tilt")
     corners = problem.robot.sole.corners
     level, turned = (
