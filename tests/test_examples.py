@@ -14,7 +14,7 @@ EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("[0-9][0-9]_*.py"))
 
 SAYS = {
-    "01": r"biped13: 327\d N²·m·s, certified\n.*knee +20\.\d N·m",
+    "01": r"biped13: 329\d N²·m·s, certified\n.*knee +20\.\d N·m",
     "02": r"at 0\.6 m/s, certified",
     "03": r"any rad/s +135\d.*certified\n"
     r" +5\.0 rad/s +\d+\.\d N²·m·s, fastest knee 5\.00.*certified\n"
