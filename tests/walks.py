@@ -4,14 +4,13 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from reference_cases import biped, reference_case
+from reference_cases import biped, reference_case, reference_task
 from synthetic_bipeds import synthetic
 from tied_bipeds import TIED, tied
 
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
-from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.model.robot import Robot
@@ -110,7 +109,7 @@ def _reference(name: str) -> Walk:
 
 
 def _guess(seed: int, sigma: float = 0.1, robot: Robot | None = None, **changes: object) -> Walk:
-    problem = WalkProblem(robot or biped(), preset_task(**{**_ALL, **changes}))
+    problem = WalkProblem(robot or biped(), reference_task(**{**_ALL, **changes}))
     x = perturbed(problem, first_guess(problem), sigma, seed)
     noise = np.random.default_rng(seed).normal(0.0, 0.02, x.size)
     x[problem.layout.shape] += (
