@@ -110,6 +110,11 @@ def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
     Raises:
         EvaluationError: the walk is not defined at x.
     """
+    return exceeded(fine, located(fine, x))
+
+
+def exceeded(fine: WalkProblem, extremes: Iterable[Extreme]) -> tuple[ViolatedRow, ...]:
+    """Return the extremes of a walk on the proof's grid at which rows exceed their limits."""
     return tuple(
         ViolatedRow(
             one.constraint,
@@ -118,7 +123,7 @@ def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
             -one.margin,
             _held(one, fine.edges),
         )
-        for one in located(fine, x)
+        for one in extremes
         if one.margin < -REFINED
     )
 

@@ -20,7 +20,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.design.active_set import DIGITS, SAME_PEAK, ActiveRow, active_rows, placed
+from gaitopt.design.active_set import (
+    DIGITS,
+    SAME_PEAK,
+    ActiveRow,
+    active_rows,
+    exceeded,
+    moved,
+    placed,
+)
 from gaitopt.design.extremes import Extreme, located
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.problem import WalkProblem
@@ -31,7 +39,7 @@ from gaitopt.solvers.sqp import SQP, WARM_RADIUS
 from gaitopt.solvers.subproblem import ElasticStep, build_model, pose_subproblem, solve_subproblem
 from gaitopt.tolerances import REFINED
 
-STEPS = 6  # at most
+STEPS = 10  # at most
 SETTLED = 1e-3  # scaled length of a step after which the instants are known well enough
 CONTRACTION = 0.5  # of a step by the next; less is no quadratic convergence
 RENEWED = 0.2  # of a step by the next; less tells that extremes bend otherwise than they did
@@ -50,11 +58,13 @@ class Followed:
         x: parameters, shape (P,).
         active: limits with their multipliers, at the extremes.
         steps: taken, each with one evaluation and one Hessian.
+        keeps: whether it keeps the limits, as near as that tells; else further steps do not help.
     """
 
     x: Array
     active: tuple[ActiveRow, ...]
     steps: int
+    keeps: bool
 
 
 @dataclass(frozen=True)
@@ -101,6 +111,9 @@ def followed(
 ) -> Followed | None:
     """Return a walk near a point that keeps its limits at every instant, None if none is near.
 
+    Where it has come to rest and exceeds limits, as near an end at which they vanish, it goes on
+    with these held where they are exceeded most.
+
     Args:
         sparse: the walk at its samples.
         fine: the walk on the certificate's grid.
@@ -108,32 +121,44 @@ def followed(
         active: limits that a walk like it presses on.
         solver: whose quadratic programs are used.
     """
+    found: Followed | None = None
     last = np.inf
     try:
-        held = _at_extremes(fine, x, active)
+        held = _at_extremes(fine, located(fine, x), active)
         for steps in range(1, STEPS + 1):
             stage = _Stage(sparse, held)
             step = stage.step(x, solver, last)
             if step is None or (steps > 2 and step.length > CONTRACTION * last):
-                return None
-            slow = step.length > max(RENEWED * last, 10.0 * SETTLED)
+                break
+            slow = steps == 1 or step.length > max(RENEWED * last, 10.0 * SETTLED)
             x, held, last = *stage.after(x, step), step.length
+            settled = last <= SETTLED
+            if not (settled or slow):
+                continue
             pressing = tuple(one.row for one in held if one.row.multiplier)
-            if last <= SETTLED:
-                return Followed(x, pressing, steps)
-            if slow:
-                held = _at_extremes(fine, x, pressing)
+            extremes = located(fine, x)
+            peaks = exceeded(fine, extremes)
+            if settled:
+                rests = found is not None and found.steps == steps - 1
+                found = Followed(x, pressing, steps, not peaks)
+                if found.keeps or rests:
+                    break
+                last = np.inf
+            vanishing = (peak for peak in peaks if peak.held != peak.instant)
+            held = _at_extremes(fine, extremes, moved(pressing, vanishing))
     except EvaluationError:
         pass
-    return None
+    return found
 
 
-def _at_extremes(fine: WalkProblem, x: Array, active: Iterable[ActiveRow]) -> tuple[_Held, ...]:
+def _at_extremes(
+    fine: WalkProblem, extremes: Iterable[Extreme], active: Iterable[ActiveRow]
+) -> tuple[_Held, ...]:
     """Return the active rows, those near an extreme of their row moved there and joined.
 
     Extremes near their limit are held too, although nothing presses on them yet.
     """
-    extremes = [one for one in located(fine, x) if np.isfinite(one.margin)]
+    extremes = [one for one in extremes if np.isfinite(one.margin)]
     left, held = list(active), []
     vanishing: dict[tuple[str, int, bool], float] = {}
     for one in extremes:

@@ -12,8 +12,8 @@ beside it, it is exceeded a fiftieth as much (`sharpened`): four rounds instead 
 biped at 1 m/s. Where that does not help, as for a pressure that stays at an edge for a while, the
 next round holds limits at their peaks.
 
-With the SQP's exact Hessian the first rounds begin with Newton's method for instants that move
-along (`gaitopt.design.reduction`): two rounds, and eight iterations in place of twelve.
+With the SQP's exact Hessian the first round begins with Newton's method for instants that move
+along (`gaitopt.design.reduction`): mostly there is no other, and the SQP takes no step.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ def exchange(
             instants = np.union1d(instants, instants_of(sparse, active))
         else:
             x, active, beside = near.x, near.active, []
-            instants = instants_of(sparse, active)
+            instants, newton = instants_of(sparse, active), newton if near.keeps else None
         problem = sparse.with_grid(sparse.grid.with_instants(np.union1d(instants, beside)))
         solution = solve(problem, Start(x, placed(problem, active)))
         yield problem, solution if near is None else _with_steps(solution, near.steps)

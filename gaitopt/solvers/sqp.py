@@ -78,6 +78,9 @@ RECHECK_AFTER = 4
 least-squares multipliers. Those of a step are poor where rows have nearly the same gradients (a
 limit held at two instants close together): the run then goes to and fro about an optimum that it
 does not recognise."""
+NEARLY = 1e-4
+"""KKT residual of feasible iterates below which they are judged so at once: those of a step belong
+to where it began, and may hide for an iteration that it has arrived."""
 
 
 @checked
@@ -208,7 +211,8 @@ class _Run:
             self.idle += 1
         if self.iterate.violation <= feasible:
             self.least_residual = min(residual, self.least_residual)
-        if self.idle < RECHECK_AFTER or residual > POLISH_BELOW:
+        due = residual <= (POLISH_BELOW if self.idle >= RECHECK_AFTER else NEARLY)
+        if not due or self.iterate.violation > feasible:
             return False
         self.idle = 0
         own = with_least_squares_multipliers(self.nlp, self.iterate.point)
