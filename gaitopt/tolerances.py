@@ -77,7 +77,7 @@ TABLE = (
         "AGREEMENT",
         AGREEMENT,
         "scaled cost, or one if that is less",
-        "confirmation",
+        "confirmation, choice of the best iterate",
         "difference of the two solvers' costs, in addition to each answer's own conditions; on "
         "eleven walks of the thirteen-link biped it is 3e-11 at most",
     ),

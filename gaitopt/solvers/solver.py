@@ -27,7 +27,7 @@ from gaitopt.nlp import (
 )
 from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.multipliers import least_squares_multipliers
-from gaitopt.tolerances import FEASIBLE
+from gaitopt.tolerances import AGREEMENT, FEASIBLE
 
 
 class Solver(ABC):
@@ -183,7 +183,8 @@ class Recorder:
         on_progress: called with every record.
         stop: asked after every record whether the run shall end.
         stopped: whether it said so; the run ends as soon as it can.
-        best: the feasible iterate of least cost, else the one of least violation.
+        best: the feasible iterate of least cost, of those that agree in it the nearest to
+            optimality; else the one of least violation.
         history: one record per iteration.
         started: on the clock `perf_counter` [s].
     """
@@ -306,7 +307,7 @@ class SingleStage(Solver):
 
 def _better(a: Iterate, b: Iterate) -> bool:
     if a.violation <= FEASIBLE and b.violation <= FEASIBLE:
-        return a.point.cost < b.point.cost or (
-            a.point.cost == b.point.cost and a.residual.worst <= b.residual.worst
-        )
+        if abs(a.point.cost - b.point.cost) > AGREEMENT * abs(b.point.cost):
+            return a.point.cost < b.point.cost
+        return a.residual.worst <= b.residual.worst  # a little infeasible, it would cost less
     return a.violation < b.violation

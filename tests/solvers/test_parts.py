@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import textbook_programs as bank
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.globalization import (
     MARGIN,
     NEARLY_FEASIBLE,
@@ -17,6 +22,8 @@ from gaitopt.solvers.globalization import (
     improves,
 )
 from gaitopt.solvers.hessian import LEAST, convexify, damped_bfgs
+from gaitopt.solvers.solver import Recorder, make_iterate, with_least_squares_multipliers
+from gaitopt.tolerances import FEASIBLE
 
 SEEDS = st.integers(0, 10_000)
 FAST = settings(derandomize=True, deadline=None, max_examples=50)
@@ -142,3 +149,20 @@ def test_bfgs_stays_positive_definite(seed: int, convex: bool) -> None:
         np.testing.assert_allclose(updated @ s, y, rtol=1e-9)
     elif s @ y < 0.2 * s @ B @ s:
         assert s @ updated @ s == pytest.approx(0.2 * s @ B @ s, rel=1e-9)
+
+
+def test_of_iterates_that_cost_the_same_the_nearest_to_optimality_is_kept() -> None:
+    program = bank.hs15()
+    end = with_least_squares_multipliers(program, program.point(program.solution))
+    x = program.solution - 1e-10 * end.point.gradient  # cheaper, for it exceeds the limits a little
+    none = np.zeros(program.rows.lower.size), np.zeros(x.size)
+    beyond = make_iterate(program, program.point(x), *none)
+    assert 0.0 < beyond.violation <= FEASIBLE
+    assert beyond.point.cost < end.point.cost
+    assert beyond.residual.worst > 1e3 * end.residual.worst
+    dearer = replace(end, point=replace(end.point, cost=1.001 * end.point.cost))
+    for order in itertools.permutations((end, beyond, dearer)):
+        recorder = Recorder("any", Evaluator(program))
+        for iterate in order:
+            recorder.keep(iterate)
+        assert recorder.best is end
