@@ -19,7 +19,7 @@ except ImportError:  # not a POSIX system: there nothing is swept away
 _LEFTOVER = re.compile(r"\.[0-9a-f]{12}\.tmp")
 
 
-def write_atomically(path: str | os.PathLike[str], data: bytes) -> Path:
+def write_atomically(path: str | os.PathLike[str], data: bytes, *, synced: bool = True) -> Path:
     """Write bytes to a file so that a reader sees the old or the new content, never a part.
 
     The data go to a temporary file in the same directory, to the disk, then take the name. Such
@@ -28,6 +28,7 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> Path:
     Args:
         path: file to write; replaced if it exists.
         data: its content.
+        synced: whether to wait until the disk has it, so that it survives a failure of the power.
 
     Returns:
         The path written.
@@ -37,7 +38,7 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> Path:
     """
     target = Path(path)
     try:
-        _write(Path(os.path.realpath(target)), data)
+        _write(Path(os.path.realpath(target)), data, synced)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise InputError(
@@ -66,7 +67,7 @@ def is_leftover(path: Path) -> bool:
     return _LEFTOVER.fullmatch(path.name) is not None
 
 
-def _write(target: Path, data: bytes) -> None:
+def _write(target: Path, data: bytes, synced: bool) -> None:
     if target.is_dir():
         raise IsADirectoryError(None, "it is a directory")
     _sweep(target.parent)
@@ -75,7 +76,8 @@ def _write(target: Path, data: bytes) -> None:
         with stream:
             stream.write(data)
             stream.flush()
-            os.fsync(stream.fileno())
+            if synced:
+                os.fsync(stream.fileno())
             if fcntl is not None:
                 os.replace(temporary, target)  # before the lock goes with the stream
         if fcntl is None:

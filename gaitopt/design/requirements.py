@@ -14,7 +14,7 @@ from operator import attrgetter
 import numpy as np
 
 from gaitopt.actuators.motors import Drive, MotorTable
-from gaitopt.design.summary import joint_groups, linkage_motors, pair_name, trapezoid
+from gaitopt.design.summary import linkage_motors, named_groups, trapezoid
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
@@ -197,10 +197,8 @@ def own_motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLo
 def _of_joints(gait: Gait, time: Array, both: Array, but: Collection[int] = ()) -> list[MotorLoop]:
     """Return the loops of the joints of a side, but for some, from what `_stride` returns."""
     return [
-        MotorLoop(
-            pair_name(gait, group[0]), gait.joint_names[group[0]], time, *both[:, :, group[0]]
-        )
-        for group in joint_groups(gait)
+        MotorLoop(name, gait.joint_names[group[0]], time, *both[:, :, group[0]])
+        for name, group in named_groups(gait)
         if group[0] not in but
     ]
 

@@ -154,11 +154,11 @@ def _rate(
     """
     value = setting.before + side * _SHARE * setting.step
     robot, task = setting.changed(problem.robot, problem.task, value)
-    blocks = zip(problem.blocks, constraint_blocks(robot, task, problem.grid), strict=True)
+    held = [block for block in problem.blocks if block.name in pressed]
+    changed = constraint_blocks(robot, task, problem.grid, pressed)
     changes = (
         pressing(new, old, pressed[old.name], whole) - pressing(old, old, pressed[old.name], whole)
-        for old, new in blocks
-        if old.name in pressed
+        for old, new in zip(held, changed, strict=True)
     )
     return side * sum(changes, 0.0) / _SHARE
 

@@ -408,8 +408,8 @@ def joint_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
     [N·m], peak speed [rad/s] and power [W], limits, and the share used.
     """
     return [
-        {"joint": pair_name(gait, i), "name": gait.joint_names[i], "leg": leg} | _demand(gait, [i])
-        for group in joint_groups(gait)
+        {"joint": name, "name": gait.joint_names[i], "leg": leg} | _demand(gait, [i])
+        for name, group in named_groups(gait)
         for i, leg in zip(group, ("stance", "swing") if len(group) > 1 else ("",), strict=True)
     ]
 
@@ -420,8 +420,7 @@ def motor_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
     A joint that motors turn through a linkage has one too; these motors come after it.
     """
     joints: list[dict[str, object]] = [
-        {"joint": pair_name(gait, group[0])} | _demand(gait, list(group))
-        for group in joint_groups(gait)
+        {"joint": name} | _demand(gait, list(group)) for name, group in named_groups(gait)
     ]
     return joints + [
         {"joint": name} | _motor_demand(gait, pair, k) for name, pair, k in linkage_motors(gait)
@@ -451,7 +450,7 @@ def linkage_motors(gait: Recorded) -> list[tuple[str, list[DrivenJoints], int]]:
     full = [pair[0].linkage.motors[k] for pair, k in found]
     words = [re.split(_BETWEEN, _SIDE.sub("", name))[::2] for name in full]
     plain = [" ".join(w for w in each if w and w.lower() != "joint") for each in words]
-    taken = [*plain, *(pair_name(gait, group[0]) for group in joint_groups(gait))]
+    taken = [*plain, *(name for name, _ in named_groups(gait))]
     names = [p if p and taken.count(p) == 1 else n for p, n in zip(plain, full, strict=True)]
     return [(name, pair, k) for name, (pair, k) in zip(names, found, strict=True)]
 
@@ -459,10 +458,8 @@ def linkage_motors(gait: Recorded) -> list[tuple[str, list[DrivenJoints], int]]:
 def peak_torques(gait: Gait | Transition) -> dict[str, float]:
     """Return the largest torque of each motor of a side [N·m], by the name both sides share."""
     return {
-        pair_name(gait, group[0]): max(
-            float(np.abs(one.torque[:, list(group)]).max()) for one in gait.steps
-        )
-        for group in joint_groups(gait)
+        name: max(float(np.abs(one.torque[:, list(group)]).max()) for one in gait.steps)
+        for name, group in named_groups(gait)
     }
 
 
@@ -483,18 +480,25 @@ def partner(gait: Recorded, joint: int) -> int:
     return int(np.argmax(np.abs(gait.mirror[:, joint])))
 
 
-def pair_name(gait: Recorded, joint: int) -> str:
-    """Return what the names of a joint and its partner share: right_knee, left_knee -> "knee".
+def named_groups(gait: Recorded) -> list[tuple[str, tuple[int, ...]]]:
+    """Return the groups of `joint_groups`, each with what the names of its joints share.
 
-    Where they share nothing, or two pairs share the same, both names as a shell would write them.
+    right_knee, left_knee -> "knee". Where they share nothing, or two pairs share the same, both
+    names as a shell would write them.
     """
-    if partner(gait, joint) == joint:
-        return gait.joint_names[joint]
-    groups = [group for group in joint_groups(gait) if len(group) > 1]
-    shared = [shared_name(*(gait.joint_names[i] for i in group)) for group in groups]
-    own = (gait.joint_names[joint], gait.joint_names[partner(gait, joint)])
-    name = shared_name(*own)
-    return name if name and shared.count(name) == 1 else brace(*sorted(own))
+    groups = joint_groups(gait)
+    names = [[gait.joint_names[i] for i in group] for group in groups]
+    shared = [shared_name(*pair) if len(pair) > 1 else "" for pair in names]
+    return [
+        (pair[0] if len(pair) == 1 else name if shared.count(name) == 1 and name
+         else brace(*sorted(pair)), group)
+        for pair, name, group in zip(names, shared, groups, strict=True)
+    ]  # fmt: skip
+
+
+def pair_name(gait: Recorded, joint: int) -> str:
+    """Return what the names of a joint and its partner share; see `named_groups`."""
+    return next(name for name, group in named_groups(gait) if joint in group)
 
 
 def _demand(gait: Gait | Transition, joints: list[int]) -> dict[str, object]:

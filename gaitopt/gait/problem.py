@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -355,8 +355,14 @@ class WalkProblem(NLP):
         return np.asarray(np.concatenate(list(values)) / self._row_scales)
 
 
-def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintBlock, ...]:
+def constraint_blocks(
+    robot: Robot, task: Task, grid: Grid, names: Container[str] | None = None
+) -> tuple[ConstraintBlock, ...]:
     """Return the rows of every constraint that a task asks for, its own ones last.
+
+    Args:
+        robot, task, grid: of the walk.
+        names: of the constraints that are wanted; None for all.
 
     Raises:
         InputError: the rows of a constraint of the task's own do not fit together, or a terrain of
@@ -371,26 +377,28 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
         )
         for own in (parts(grid, STRIDE_EDGES, task.schedule.changes) if task.steps > 1 else [grid])
     ]  # fmt: skip
-    return tuple(_over_period(blocks, grid, robot) for blocks in asked_blocks(task, contexts))
+    found = asked_blocks(task, contexts, names)
+    return tuple(_over_period(blocks, grid, robot) for blocks in found)
 
 
 def asked_blocks(
-    task: Task, contexts: Sequence[ConstraintContext]
+    task: Task, contexts: Sequence[ConstraintContext], names: Container[str] | None = None
 ) -> Iterator[list[ConstraintBlock]]:
     """Yield the rows over each of several steps of every constraint asked for, own ones last.
 
     Args:
         task: of the steps.
         contexts: of each of them.
+        names: of the constraints that are wanted; None for all.
 
     Raises:
         InputError: the rows of a constraint of the task's own do not fit together.
     """
     for one in CONSTRAINTS:
-        if one.asked(contexts[0]):
+        if (names is None or one.name in names) and one.asked(contexts[0]):
             yield [one.block(context) for context in contexts]
     for own in (*task.cost.constraints, *task.constraints):
-        if own.asked(contexts[0]):
+        if (names is None or own.name in names) and own.asked(contexts[0]):
             yield [_checked_block(own, context) for context in contexts]
 
 

@@ -46,6 +46,7 @@ from gaitopt.sweep.warm_start import WarmStart, warm_start_of
 
 GAITS = "gaits"
 PERIOD = 5.0  # s between two writings of the table, which takes long when it is long
+HELD = 0.5  # s for which results are held to be written together: the disk takes its time
 
 MISSING, DAMAGED, MISFILED = "file missing", "file damaged", "file misplaced"
 ALTERED = "file altered"  # a gait of its point, but not the one that was written
@@ -316,7 +317,8 @@ def _place(gait: Gait) -> str:
 class Writer:
     """The one who writes a library; a context manager. Nothing is ever half-written.
 
-    A library of version 0.1 is converted at once, its files left as they are.
+    Results that come within `HELD` of each other are written together: that is what is lost if a
+    process is killed. A library of version 0.1 is converted at once, its files left as they are.
 
     Args:
         directory: made if it does not exist.
@@ -347,6 +349,8 @@ class Writer:
                 raise InputError(f"cannot make '{directory / GAITS}': {reason}") from error
             raise
         self._written, self._taken, self._stale = -PERIOD, 0.0, True
+        self._pending: dict[Index, PointState] = {}
+        self._noted = -HELD  # when they were last written
 
     def _begun(self, record: Record) -> tuple[dict[Index, PointState], dict[Index, str]]:
         """Return states and faults, from whichever files there are; write down what is news."""
@@ -382,9 +386,11 @@ class Writer:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
             if kind is None:
+                self.flush()
                 self.write_table()
             else:  # the disk may be full; the table can be made again at any time
                 with suppress(GaitoptError):
+                    self.flush()
                     self.write_table()
         finally:
             self._database.close()
@@ -394,32 +400,44 @@ class Writer:
         return self.states[point].row is not None and point not in self.faults
 
     def note(self, changes: Mapping[Index, PointState]) -> None:
-        """Write what is new of some points, all or none of it.
+        """Write what is new of some points, all or none of it, at once or soon.
+
+        Raises:
+            InputError: it cannot be written; what was written before is kept.
+        """
+        self.states.update(changes)
+        self._pending.update(changes)
+        for point in changes:
+            if self.states[point].row is None:  # nothing is left of which it could be a fault
+                self.faults.pop(point, None)
+        self._stale = True
+        if time.monotonic() - self._noted > HELD:
+            self.flush()
+        if time.monotonic() - self._written > max(PERIOD, 20.0 * self._taken):
+            self.write_table()
+
+    def flush(self) -> None:
+        """Write what was noted.
 
         Raises:
             InputError: it cannot be written; what was written before is kept.
         """
         try:
-            self._write(changes, None)
+            self._write(self._pending, None)
         except InputError as error:
             raise self._kept(error) from error
-        self.states.update(changes)
-        for point in changes:
-            if self.states[point].row is None:  # nothing is left of which it could be a fault
-                self.faults.pop(point, None)
-        self._stale = True
-        if time.monotonic() - self._written > max(PERIOD, 20.0 * self._taken):
-            self.write_table()
+        self._pending = {}
+        self._noted = time.monotonic()
 
     def save(self, point: Index, file: bytes, row: Row, state: PointState) -> None:
-        """Write the file of a gait, then its line and the state of its point.
+        """Write the file of a gait, and note its line and the state of its point.
 
         Raises:
             InputError: one of them cannot be written; what was written before is kept.
         """
         name = _file_of(self.grid, point)
-        try:
-            write_atomically(self.directory / name, file)
+        try:  # its digest vouches for it: should the power fail, it is made anew
+            write_atomically(self.directory / name, file, synced=False)
         except InputError as error:
             raise self._kept(error) from error
         self.note({point: replace(state, row={**row, "file": name}, file_digest=digest(file))})
@@ -448,7 +466,7 @@ class Writer:
 
     def _kept(self, error: InputError) -> InputError:
         reason = str(error).split(";")[0]
-        gaits = sum(map(self.has_gait, self.states))
+        gaits = sum(self.has_gait(point) for point in self.states if point not in self._pending)
         return InputError(
             f"{reason}; the {gaits} gaits in '{self.directory}' are kept: make room or permission, "
             "and give the same command again to go on"

@@ -50,6 +50,7 @@ from gaitopt.sweep.workers import LocalWorkers
 NEAREST = 3  # neighbours that a point is tried from
 ROUNDS = 1000  # of comparison; nothing is tried twice, so this is never reached
 IN_FLIGHT = 1000  # jobs handed to an executor at a time, some 30 kB each
+AHEAD = 200  # gaits finished before all walks are known, some 50 kB each
 
 TaskAt = Callable[[dict[str, float]], Task]
 
@@ -234,7 +235,10 @@ class Scheduler:
     ) -> None:
         self._scenarios, self._options, self._writer = scenarios, options, writer
         self._executor, self._on_progress = executor, on_progress
-        self._run = run_job if isinstance(executor, LocalWorkers) else run_job_alone
+        self._run, self._workers = run_job_alone, 0  # how many of them would wait is not known
+        if isinstance(executor, LocalWorkers):
+            self._run, self._workers = run_job, executor.count
+        self._ahead: dict[Index, tuple[WarmStart, Future[JobOutcome]]] = {}  # gaits of these walks
         self._grid, self._states = writer.grid, writer.states
         self._level = self._grid.levels[0]
         self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
@@ -472,12 +476,13 @@ class Scheduler:
                     waiting.extend(note(outcome))
                     if self._on_progress is not None:
                         self._on_progress(self._progress(stage, outcome.job.point))
-        finally:
-            for future in running:
+        except BaseException:
+            for future in (*running, *(one for _, one in self._ahead.values())):
                 future.cancel()
+            raise
 
     def _next(self, waiting: deque[Job], running: set[Future[JobOutcome]]) -> Iterable[JobOutcome]:
-        """Yield the next outcomes; wait until there is one.
+        """Yield the next outcomes; wait until there is one, or until a worker has nothing to do.
 
         Raises:
             GaitoptError: the executor broke down.
@@ -487,8 +492,9 @@ class Scheduler:
             return
         try:
             while waiting and len(running) < IN_FLIGHT:
-                running.add(self._executor.submit(self._run, waiting.popleft()))
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                running.add(self._submitted(self._executor, waiting.popleft()))
+            ahead = self._finishing_ahead(self._executor, self._workers - len(running))
+            for future in running & wait(running | ahead, return_when=FIRST_COMPLETED).done:
                 running.discard(future)
                 yield future.result()
         except (BrokenExecutor, CancelledError) as error:
@@ -496,6 +502,31 @@ class Scheduler:
             raise GaitoptError(
                 f"{reason}; what was finished is kept, and the same command goes on"
             ) from error
+
+    def _submitted(self, executor: JobExecutor, job: Job) -> Future[JobOutcome]:
+        """Have a job done, unless it is."""
+        if job.kind == FINISH and job.point in self._ahead:
+            walk, future = self._ahead.pop(job.point)
+            if walk is job.walk:
+                return future
+        return executor.submit(self._run, job)
+
+    def _finishing_ahead(self, executor: JobExecutor, idle: int) -> set[Future[JobOutcome]]:
+        """Have walks made gaits by workers that would wait; return what is not done yet.
+
+        Most walks stay as they are; the gait of one that is improved later is not used.
+        """
+        pending = {future for _, future in self._ahead.values() if not future.done()}
+        for point in self._level.points:
+            if len(pending) >= idle or len(self._ahead) >= AHEAD:
+                break
+            walk = self._walk_at(point)
+            known = self._ahead.get(point, (None,))[0]
+            if walk is not None and walk is not known and not self._writer.has_gait(point):
+                future = executor.submit(self._run, self._job(FINISH, point, walk=walk))
+                self._ahead[point] = walk, future
+                pending.add(future)
+        return pending
 
     def _progress(self, stage: str, point: Index) -> SweepProgress:
         """Return how far the sweep is after a job at a point."""

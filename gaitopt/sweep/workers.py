@@ -27,10 +27,13 @@ class LocalWorkers(Executor):
     Args:
         count: how many.
         on_start: called before they are started.
+
+    Attributes:
+        count: how many.
     """
 
     def __init__(self, count: int, on_start: Callable[[], None] = lambda: None) -> None:
-        self._count, self._on_start = count, on_start
+        self.count, self._on_start = count, on_start
         self._pool: ProcessPoolExecutor | None = None
         self._begun = False
         self._lock = threading.Lock()
@@ -89,12 +92,17 @@ class LocalWorkers(Executor):
             self._begun = True
             with _without_ctrl_c():  # amid a print it would have the same line printed again
                 self._on_start()
-        return ProcessPoolExecutor(self._count, _context(), initializer=_prepare)
+        return ProcessPoolExecutor(self.count, _context(), initializer=_prepare)
 
     def _forget(self, pool: ProcessPoolExecutor) -> None:
+        """Have no more to do with a pool of which a worker has died.
+
+        If that one was waiting for a job, the others wait for its lock, for ever.
+        """
         with self._lock:
             if self._pool is pool:
                 self._pool = None
+        _kill(pool)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Stop the workers, whatever they do."""
@@ -104,10 +112,14 @@ class LocalWorkers(Executor):
             pool, self._pool = self._pool, None
         if pool is None:
             return
-        for process in [*(getattr(pool, "_processes", None) or {}).values()]:
-            with suppress(Exception):  # it has ended
-                process.kill()  # as `serve_parent` has them, they heed nothing else
+        _kill(pool)
         pool.shutdown(wait=True, cancel_futures=True)  # of its thread, which ends with them
+
+
+def _kill(pool: ProcessPoolExecutor) -> None:
+    for process in [*(getattr(pool, "_processes", None) or {}).values()]:
+        with suppress(Exception):  # it has ended
+            process.kill()  # as `serve_parent` has them, they heed nothing else
 
 
 def _context() -> Any:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gaitopt.design.summary import joint_groups, linkage_motors, pair_name
+from gaitopt.design.summary import linkage_motors, named_groups
 from gaitopt.gait.result import Recorded
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
@@ -35,7 +35,7 @@ def curves(gait: Recorded) -> Record:
     rows = [trajectory.joint_names.index(name) for name in gait.joint_names]
     torque, rate, angle = (values[:, rows] for values in (samples.torque, samples.dq, samples.q))
     torque_limit = gait.joint_limit("torque")
-    pairs = [(pair_name(gait, group[0]), group) for group in joint_groups(gait)]
+    pairs = named_groups(gait)
     quantities: tuple[tuple[str, str, Array, Array | None, Array | None], ...] = (
         ("torque", "N·m", torque, torque_limit, None),
         ("speed", "rad/s", rate, gait.joint_limit("speed"), None),
