@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numerics import check_jacobian, relative_error
+from reference_cases import reference_task
 from walks import walk
 
 from gaitopt.design.conflict import easier_guess
@@ -77,7 +78,7 @@ def test_every_knob_is_there():
 
 def test_a_robot_without_limits_has_no_motor_to_make_stronger(robot):
     boundless = replace(robot, limits=replace(robot.limits, speed=np.full(12, np.inf)))
-    names = {k.name for k in limit_adjustments(WalkProblem(boundless, preset_task()))}
+    names = {k.name for k in limit_adjustments(WalkProblem(boundless, reference_task()))}
     assert names == {*SETTINGS_TRIED} - {"speed_limit"}
 
 
