@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reference_cases import biped
+from reference_cases import biped, reference_task
 
 from gaitopt.design import design as search
 from gaitopt.design import suggestions
@@ -48,7 +48,7 @@ def refusal(name):
     caught_by = pytest.raises((NoGaitFoundError, UnreachableError))
     with pytest.MonkeyPatch.context() as patch, caught_by as caught:
         patch.setattr(suggestions, "ENOUGH", 2)  # for speed
-        design(biped(), preset_task(**changes), replace(QUICK, refine=name == BETWEEN))
+        design(biped(), reference_task(**changes), replace(QUICK, refine=name == BETWEEN))
     return caught.value
 
 
@@ -56,7 +56,7 @@ def refusal(name):
 def case(request):
     """One infeasible task; the scope makes pytest run all its tests in one go."""
     changes, constraint, setting = INFEASIBLE[request.param]
-    return preset_task(**changes), constraint, setting, refusal(request.param).diagnosis
+    return reference_task(**changes), constraint, setting, refusal(request.param).diagnosis
 
 
 def changed_problem(robot, task, suggestion):
@@ -104,7 +104,7 @@ def test_every_suggestion_has_a_walk(robot, case):
 
 
 def test_a_suggestion_holds_between_the_samples(robot):
-    task = preset_task(**INFEASIBLE[BETWEEN][0])
+    task = reference_task(**INFEASIBLE[BETWEEN][0])
     for suggestion in refusal(BETWEEN).diagnosis.suggestions:
         problem = changed_problem(robot, task, suggestion)
         assert not violated_rows(on_fine_grid(problem), suggestion.gait)
@@ -112,7 +112,7 @@ def test_a_suggestion_holds_between_the_samples(robot):
 
 def test_a_suggestion_is_the_least_that_helps(robot):
     """Half of the change does not do: motors of 33 N.m are too weak as well."""
-    task = preset_task(**INFEASIBLE[BETWEEN][0])
+    task = reference_task(**INFEASIBLE[BETWEEN][0])
     weak = next(s for s in refusal(BETWEEN).diagnosis.suggestions if s.setting == "torque_limit")
     half = (weak.before + weak.after) / 2.0
     task = replace(task, margins=replace(task.margins, torque_limit=half))
@@ -121,7 +121,7 @@ def test_a_suggestion_is_the_least_that_helps(robot):
 
 
 def test_a_suggestion_can_be_designed(robot):
-    task = preset_task(**INFEASIBLE[BETWEEN][0])
+    task = reference_task(**INFEASIBLE[BETWEEN][0])
     weak = next(s for s in refusal(BETWEEN).diagnosis.suggestions if s.setting == "torque_limit")
     task = replace(task, margins=replace(task.margins, torque_limit=weak.after))
     found = design(robot, task, QUICK, start=weak.gait)
@@ -245,7 +245,7 @@ def test_the_error_carries_what_is_known():
     ],
 )
 def test_what_no_motion_can_meet_is_seen_at_once(robot, changes, constraint, sentence):
-    found = contradictions(WalkProblem(robot, preset_task(**changes)))
+    found = contradictions(WalkProblem(robot, reference_task(**changes)))
     assert {name for name, _ in found} == {constraint}
     assert all(re.search(sentence, said) for _, said in found)
 
