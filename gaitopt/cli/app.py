@@ -401,9 +401,9 @@ class CheckOptions:
 @command(app)
 def check(options: CheckOptions) -> None:
     """Compute a gait or a transition again, from its parameters alone, and certify it."""
-    from gaitopt.cli import report as work
+    from gaitopt.cli import check as work
 
-    work.check(options.gait, options.plugin)
+    work.run(options.gait, options.plugin)
 
 
 @dataclass(frozen=True)

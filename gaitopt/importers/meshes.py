@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import struct
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,10 +19,15 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
 
+import coal
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.bounds import MESH, too_large
+from gaitopt.nlp import Array
+
+LoadMesh = Callable[[str, Array], coal.BVHModelBase]
+"""Reads a file at a scale (3,)."""
 
 _PACKAGE_SCHEMES = ("package://", "model://")
 _LFS_POINTER = b"version https://git-lfs"  # in a clone without its large files

@@ -7,7 +7,7 @@ that the posture which the file draws is the one with every coordinate at its `r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from pathlib import Path
 
 import coal
@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.meshes import MeshPaths, MeshProblem
+from gaitopt.importers.meshes import LoadMesh, MeshPaths, MeshProblem
 from gaitopt.importers.mjcf_robot import (
     NO_TURN,
     CompiledBody,
@@ -34,8 +34,6 @@ from gaitopt.importers.physics import (
 )
 from gaitopt.importers.pinocchio_model import joint_model
 from gaitopt.nlp import Array
-
-LoadMesh = Callable[[str, Array], coal.BVHModelBase]
 
 _NO_LIMIT = (-math.inf, math.inf)
 _ROOT_JOINT = "root_joint"

@@ -16,6 +16,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import (
+    LoadMesh,
     MeshPaths,
     MeshProblem,
     first_part,
@@ -23,28 +24,11 @@ from gaitopt.importers.meshes import (
     put_upright,
     y_up,
 )
-from gaitopt.importers.mjcf_compile import compile_mjcf, whole_mjcf
-from gaitopt.importers.mjcf_extract import extract
-from gaitopt.importers.mjcf_model import (
-    LoadMesh,
-    build_mjcf_geometry,
-    build_mjcf_model,
-    build_physics,
-    loop_frames,
-    missing_meshes,
-)
-from gaitopt.importers.mjcf_normal_form import (
-    NotNormalError,
-    is_normal,
-    normal_text,
-    read_normal,
-)
-from gaitopt.importers.mjcf_robot import CompiledRobot
 from gaitopt.importers.physics import LoopFrames, Physics
 from gaitopt.importers.pinocchio_model import mark_joint_frames
 from gaitopt.importers.report import Finding
 from gaitopt.importers.text_files import read_text
-from gaitopt.importers.ties import Tie, resolved
+from gaitopt.importers.ties import Tie
 from gaitopt.importers.urdf_check import check_urdf, passive_joints, read_ties, urdf_findings
 from gaitopt.importers.urdf_document import Description, describe
 from gaitopt.importers.urdf_geometry import (
@@ -209,7 +193,7 @@ class Source(ABC):
 
     @property
     def _paths(self) -> MeshPaths:
-        return _paths(self.path, self.package_dirs)
+        return mesh_paths(self.path, self.package_dirs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,72 +260,6 @@ class UrdfSource(Source):
         return {} if shapes is None else diagonals(self._whole, shapes)
 
 
-@dataclass(frozen=True, eq=False)
-class MjcfSource(Source):
-    """An MJCF file.
-
-    Attributes:
-        compiled: what MuJoCo made of it.
-        notes: what a person should know about how MuJoCo's numbers were read.
-    """
-
-    format = "mjcf"
-    compiled: CompiledRobot
-    notes: tuple[Finding, ...] = ()
-
-    @cached_property
-    def physics(self) -> Physics:
-        """Passive joints, gravity and its compensation."""
-        return build_physics(self.compiled)
-
-    @property
-    def drawn_posture(self) -> Mapping[str, float]:
-        """Joint coordinates at their `ref`, where that is not 0 [rad or m]."""
-        return self.compiled.drawn_posture
-
-    @cached_property
-    def ties(self) -> Mapping[str, Tie]:
-        """Joints that an equality ties to others."""
-        return resolved(self.compiled.followers)[0]
-
-    @property
-    def loops(self) -> tuple[LoopFrames, ...]:
-        """Loops that <connect> and <weld> close."""
-        return loop_frames(self.compiled)
-
-    @property
-    def loop_motors(self) -> tuple[str, ...]:
-        """Joints in these loops that actuators turn."""
-        return self.compiled.motors
-
-    def mesh_problems(self) -> list[MeshProblem]:
-        """Return the meshes that are missing, empty or were not fetched."""
-        return missing_meshes(self.compiled, self._paths)
-
-    def findings(self) -> tuple[Finding, ...]:
-        """Return the notes."""
-        return self.notes
-
-    def _build(self) -> pin.Model:
-        try:
-            return build_mjcf_model(self.compiled)
-        except (ValueError, RuntimeError, IndexError, KeyError) as error:
-            # Pinocchio puts where in its own code the error arose before the message proper.
-            told = str(error).split("message:")[-1].strip() or type(error).__name__
-            text = f"the MJCF file cannot be read: {told.splitlines()[0]}; correct it"
-            raise RobotError(text) from error
-
-    def _shapes(
-        self, kind: pin.GeometryType, links: Collection[str] | None, load: LoadMesh
-    ) -> pin.GeometryModel | None:
-        del load  # only those of a URDF may be unreadable
-        whole = self._whole
-        return build_mjcf_geometry(self.compiled, whole, kind, self._paths, load_mesh, links)
-
-    def _mesh_files(self) -> list[str]:
-        return [mesh.file for mesh in self.compiled.meshes if mesh.file]
-
-
 def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> Source:
     """Read a robot from a URDF or MJCF file, or from its text, and check it.
 
@@ -365,14 +283,9 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
         raise RobotError(
             "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
         )
-    if is_normal(tree.root):
-        try:
-            return MjcfSource(text, path, dirs, (), tree, read_normal(tree.root))
-        except NotNormalError:
-            pass  # changed by hand; it is still MJCF
-    whole = whole_mjcf(tree, None if path is None else path.parent)
-    robot, problems, notes = extract(compile_mjcf(text, path, whole, _paths(path, dirs)), whole)
-    return MjcfSource(normal_text(robot), path, dirs, problems, whole, robot, notes)
+    from gaitopt.importers.mjcf_source import read_mjcf
+
+    return read_mjcf(tree, text, path, dirs)
 
 
 @lru_cache(maxsize=2)  # whoever draws a robot that was just designed for has the same text
@@ -408,6 +321,7 @@ def _text(urdf: str | Path) -> tuple[str, Path | None]:
     return read_text(path, "URDF"), path
 
 
-def _paths(path: Path | None, package_dirs: Collection[str]) -> MeshPaths:
+def mesh_paths(path: Path | None, package_dirs: Collection[str]) -> MeshPaths:
+    """Return where the meshes of a file are looked for, whose text alone may be known."""
     base = None if path is None else path.resolve().parent
     return MeshPaths(base, tuple(Path(p).expanduser() for p in package_dirs))

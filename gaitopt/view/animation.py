@@ -33,6 +33,7 @@ from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_sh
 from gaitopt.view.viewer import animation, geometry, meshcat
 
 DEFAULT_STEPS = 6
+_REPETITIONS = 1_000_000  # of a film
 _WORLD = "world"
 _LEVEL = 1e-6  # m: rounding over a walk
 _BLOCKS = (0xD9DEE3, 0xC9D0D7)
@@ -78,14 +79,11 @@ class Animation:
         """Scale a node by factors (N, 3) along its axes at times (N,) [s]."""
         self._key(node, "scale", "vector3", times, scales)
 
-    def show(
-        self, viewer: meshcat.Visualizer, repetitions: int = 1_000_000, whole: bool = True
-    ) -> None:
+    def show(self, viewer: meshcat.Visualizer, whole: bool) -> None:
         """Hand the motion to the viewer, which plays it over and over.
 
         Args:
             viewer: that shows the nodes.
-            repetitions: of the film.
             whole: False for its ends alone, where `record` gives the page the rest.
         """
         # one frame is one second, so that key times are times
@@ -98,7 +96,7 @@ class Animation:
                 {prop: animation.AnimationTrack(prop, kind, times, values[rows].tolist())
                  for prop, (kind, values) in tracks.items()}, fps=1,
             )  # fmt: skip
-        viewer.set_animation(film, play=True, repetitions=repetitions)
+        viewer.set_animation(film, play=True, repetitions=_REPETITIONS)
 
     def record(self) -> dict[str, object]:
         """Return the motion for `move` of load.js, which puts it in the place of another one.
@@ -215,6 +213,7 @@ def build_scene(
     steps: int,
     package_dirs: tuple[str, ...] = (),
     drawn: RobotShapes | None = None,
+    whole: bool = False,
 ) -> Scene:
     """Put the walking robot into a MeshCat viewer and set it in motion.
 
@@ -225,6 +224,8 @@ def build_scene(
         package_dirs: where to look for meshes.
         drawn: what the viewer shows already of this robot: objects are only moved then, and what
             moves by itself is left to `Scene.motion`.
+        whole: whether the viewer is given all of the motion, and not only its ends, because
+            nothing puts `Scene.motion` in their place.
 
     Returns:
         What is shown.
@@ -234,7 +235,8 @@ def build_scene(
         RobotError: the robot cannot be drawn.
     """
     samples = transition_frames(gait) if isinstance(gait, Transition) else frames(gait, steps)
-    return _scene(viewer, gait, (samples, _key_times(samples)), steps, package_dirs, drawn, None)
+    walk = samples, _key_times(samples)
+    return _scene(viewer, gait, walk, steps, package_dirs, drawn, None, whole)
 
 
 def build_beside(
@@ -272,6 +274,7 @@ def _scene(
     package_dirs: tuple[str, ...],
     drawn: RobotShapes | None,
     other: Replay | None,
+    whole: bool = False,
 ) -> Scene:
     """Put one robot, or two, into a viewer; the walk is its samples and the times of the frames."""
     (samples, times), moves, body = walk, Animation(), gait.trajectory.body
@@ -306,7 +309,7 @@ def _scene(
     steady = not isinstance(gait, Transition)
     _follow(world, moves, samples, times, (0.5 * gap, TARGET_HEIGHT * hips), steady)
     if new:
-        moves.show(viewer, whole=other is None)
+        moves.show(viewer, whole)
     robots = [*lane_of_other, robot]
     paths = tuple(tuple(one.path.lower().strip("/").split("/")) for one in robots)
     return Scene(force_scale, shapes, paths, moves.record())

@@ -84,7 +84,7 @@ def gait_page(
     extra: Mapping[str, str] | None = None,
 ) -> Page:
     """Return the text of the page of a gait in a scene; arguments as of `page_of`."""
-    data = {**film(gait, scene, steps), "curves": curves(gait)}
+    data = {**film(gait, scene, steps), "curves": curves(gait), "motion": scene.motion}
     return page_of({**headline(gait), **details(gait, scene)}, data, commands, extra)
 
 

@@ -83,7 +83,8 @@ def play(
     """
     player = Player(SceneServer(host, port))
     try:
-        player.note = build_scene(player.viewer, gait, steps, package_dirs).shapes.note
+        scene = build_scene(player.viewer, gait, steps, package_dirs, whole=True)
+        player.note = scene.shapes.note
     except BaseException:
         player.close()
         raise

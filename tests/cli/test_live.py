@@ -9,13 +9,12 @@ import sys
 import threading
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
 
 from browser import BROWSER, close, opened
-from page_scene import commands_of, places, scene_of, unpacked
+from page_scene import commands_of, data_of, numbers, places, scene_of, unpacked
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
@@ -121,20 +120,14 @@ def test_what_moves_is_what_a_new_page_would_show(session, settings):
     session.page()
     *_, moved = session.answers({**settings, "speed": 0.83}, never)
     assert moved["kind"] == "motion"
-    page = scene_of(session.page())
-    (clips,) = [c["animations"] for c in page if c["type"] == "set_animation"]
-    tracks = [
-        [[key["value"] for key in track["keys"]] for track in clip["clip"]["tracks"]]
-        for clip in clips
-    ]
-    found = moved["motion"]
-    assert [len(own) for own in found["tracks"]] == [len(own) for own in tracks]
-    for own, known in zip(found["tracks"], tracks, strict=True):
+    page = session.page()
+    shown, found = data_of(page)["motion"], moved["motion"]
+    assert [len(own) for own in found["tracks"]] == [len(own) for own in shown["tracks"]]
+    for own, known in zip(found["tracks"], shown["tracks"], strict=True):
         for values, wanted in zip(own, known, strict=True):
-            assert values == pytest.approx(np.array(wanted), abs=1e-12)
-    keys = clips[0]["clip"]["tracks"][0]["keys"]
-    assert found["times"] == pytest.approx([key["time"] for key in keys])
-    placed = {c["path"]: c["matrix"] for c in page if c["type"] == "set_transform"}
+            assert values.ravel() == pytest.approx(numbers(wanted), abs=1e-6)
+    assert found["times"] == pytest.approx(numbers(shown["times"]), abs=1e-6)
+    placed = {c["path"]: c["matrix"] for c in scene_of(page) if c["type"] == "set_transform"}
     sent = commands_of(unpacked(moved["commands"]))
     assert {c["type"] for c in sent} == {"set_transform"}  # nothing is built again
     for command in sent:

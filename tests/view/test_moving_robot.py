@@ -60,7 +60,7 @@ def test_every_shape_moves_as_its_link():
     times = np.arange(len(samples.time), dtype=float)
     body = GAIT.trajectory.body
     draw_robot(viewer["robot"], moves, body, DRAWN, samples.configuration, times)
-    moves.show(viewer)
+    moves.show(viewer, whole=True)
     still = transforms(recorder)
     clips = commands(recorder)[-1]["animations"]
     tracks = {c["path"]: {t["name"]: t["keys"] for t in c["clip"]["tracks"]} for c in clips}

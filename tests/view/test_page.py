@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from browser import BROWSER
 from matplotlib.image import imread
-from page_scene import scene_of
+from page_scene import data_of, numbers, scene_of, tracks_of
 from sample_gait import bare_gait, sample_gait
 from synthetic_bipeds import synthetic
 
@@ -38,22 +38,13 @@ def text():
 
 
 @pytest.fixture(scope="module")
-def commands(text):
-    return scene_of(text)
+def motion(text):
+    return data_of(text)["motion"]
 
 
-def tracks(commands, end):
-    """The tracks of the one animated node whose path ends so: name to (times, values)."""
-    (clips,) = [c["animations"] for c in commands if c["type"] == "set_animation"]
-    (clip,) = [c["clip"] for c in clips if c["path"].endswith(end)]
-    assert clip["fps"] == 1
-    return {
-        t["name"]: (
-            np.array([k["time"] for k in t["keys"]]),
-            np.array([k["value"] for k in t["keys"]]),
-        )
-        for t in clip["tracks"]
-    }
+@pytest.fixture(scope="module")
+def tracks(text, motion):
+    return tracks_of(text, motion)
 
 
 def test_the_page_needs_no_network(text):
@@ -95,29 +86,25 @@ def test_what_people_wrote_cannot_break_the_page():
     assert "<script>alert" not in page_text(evil, steps=1)
 
 
-def test_keys_increase_and_last_as_long_as_the_walk(commands):
-    (clips,) = [c["animations"] for c in commands if c["type"] == "set_animation"]
-    for clip in clips:
-        for track in clip["clip"]["tracks"]:
-            times = [k["time"] for k in track["keys"]]
-            assert np.all(np.diff(times) > 0.0)
-            assert times[-1] == pytest.approx(0.8)
+def test_times_increase_and_last_as_long_as_the_walk(motion):
+    times = numbers(motion["times"])
+    assert np.all(np.diff(times) > 0.0)
+    assert times[-1] == pytest.approx(0.8)
 
 
-def test_the_arrow_is_as_long_as_the_force_and_starts_at_the_pressure(commands):
+def test_the_arrow_is_as_long_as_the_force_and_starts_at_the_pressure(tracks):
     gait = sample_gait()
     size = np.linalg.norm(gait.ground_wrench[:, :3], axis=1)
-    assert tracks(commands, "ground_force/shaft")[".scale"][1][:31, 2] == pytest.approx(size / 1e3)
-    assert tracks(commands, "ground_force/head")[".position"][1][:31, 2] == pytest.approx(
-        size / 1e3
-    )
-    foot = tracks(commands, "ground_force")[".position"][1]
-    assert foot[:31, :2] == pytest.approx(gait.cop, abs=1e-12)
+    arrow = "/meshcat/world/along/ground_force"
+    assert tracks[f"{arrow}/shaft"][".scale"][:31, 2] == pytest.approx(size / 1e3)
+    assert tracks[f"{arrow}/head"][".position"][:31, 2] == pytest.approx(size / 1e3)
+    assert tracks[arrow][".position"][:31, :2] == pytest.approx(gait.cop, abs=1e-7)
 
 
-def test_the_world_moves_back_at_walking_speed(commands):
-    times, place = tracks(commands, "/world/along")[".position"]
-    assert (place[-1, 0] - place[0, 0]) / times[-1] == pytest.approx(-1.0, rel=1e-9)
+def test_the_world_moves_back_at_walking_speed(motion, tracks):
+    place = tracks["/meshcat/world/along"][".position"]
+    took = numbers(motion["times"])[-1]
+    assert (place[-1, 0] - place[0, 0]) / took == pytest.approx(-1.0, rel=1e-6)
 
 
 def test_bad_requests_are_refused(tmp_path):

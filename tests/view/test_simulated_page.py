@@ -1,7 +1,5 @@
 """A simulated walk beside the designed one: page and film. Here a walk that is known exactly."""
 
-import base64
-import json
 import re
 import shutil
 import stat
@@ -10,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from browser import BROWSER
-from page_scene import places, scene_of
+from page_scene import data_of, numbers, places, scene_of, tracks_of
 from sample_gait import sample_gait
 from test_page import browsed
 
@@ -43,27 +41,8 @@ def text():
     return simulated_page(GAIT, [replay(), PUSHED], TABLES)
 
 
-def numbers(packed):
-    return np.frombuffer(base64.b64decode(packed), "<f4")
-
-
-def data_of(text):
-    return json.loads(re.search(r"let data = (\{.*?\});\n", text, re.DOTALL)[1])
-
-
 def tracks(text, film):
-    """Tracks of each animated node of a film: path to values (N, 3 or 4) by property."""
-    (clips,) = [c["animations"] for c in scene_of(text) if c["type"] == "set_animation"]
-    motion = data_of(text)["films"][film]["motion"]
-    assert len(clips) == len(motion["tracks"])
-    count = len(numbers(motion["times"]))
-    return {
-        clip["path"]: {
-            track["name"]: numbers(values).reshape(count, -1)
-            for track, values in zip(clip["clip"]["tracks"], own, strict=True)
-        }
-        for clip, own in zip(clips, motion["tracks"], strict=True)
-    }
+    return tracks_of(text, data_of(text)["films"][film]["motion"])
 
 
 def test_both_robots_walk_as_they_did(text):

@@ -1,12 +1,11 @@
 """A gait whose stance foot turns about its toe: what page, animation, table and export show."""
 
 import io
-import json
 import re
 
 import numpy as np
 import pytest
-from page_scene import scene_of
+from page_scene import data_of, numbers, tracks_of
 from rich.console import Console
 
 from gaitopt.cli.report import print_gait
@@ -94,7 +93,7 @@ def page(gait):
 
 
 def test_the_page_has_a_bar_of_phases_in_the_colours_it_explains(page):
-    data = json.loads(re.search(r"let data = (\{.*\});", page)[1])
+    data = data_of(page)
     phases = data["phases"]
     assert [one["colour"] for one in phases] == [COLOURS["flat"], COLOURS["toe line"]]
     assert [one["end"] for one in phases] == pytest.approx([0.65, 1.0])
@@ -105,15 +104,16 @@ def test_the_page_has_a_bar_of_phases_in_the_colours_it_explains(page):
 
 
 def test_the_mark_of_the_standing_foot_changes_with_its_contact(page):
-    (clips,) = [c["animations"] for c in scene_of(page) if c["type"] == "set_animation"]
-    shown = []
-    for index in (0, 1):
-        (clip,) = [c["clip"] for c in clips if c["path"].endswith(f"standing_sole/{index}")]
-        (scale,) = [t["keys"] for t in clip["tracks"] if t["name"] == ".scale"]
-        shown.append([(key["time"], key["value"][0] > 0.5) for key in scale])
-    share = np.array([time for time, _ in shown[0]]) / 0.5
+    motion = data_of(page)["motion"]
+    tracks = tracks_of(page, motion)
+    flat, toe = (
+        tracks[path][".scale"][:, 0] > 0.5
+        for index in (0, 1)
+        for path in tracks
+        if path.endswith(f"standing_sole/{index}")
+    )
+    share = numbers(motion["times"]) / 0.5
     share -= np.minimum(np.floor(share), 1.0)  # of two steps; the film ends with the second
-    flat, toe = (np.array([seen for _, seen in one]) for one in shown)
     assert (flat != toe).all()
     assert flat[share < 0.64].all()
     assert toe[share > 0.66].all()
