@@ -137,7 +137,7 @@ def walk(name: str, changes: dict[str, Any]) -> dict[str, Any]:
     except GaitoptError as error:
         return {**row, "verdict": str(error).partition("\n")[0][:120], "cost": None}
     gait = found.gait
-    turn = gait.meta.get("toe_off")
+    turn = gait.meta.get("phase_times")
     if turn is not None:  # of both walks, for they have the same limits
         row |= {"against": turn["flat_cost"]}
     return {
