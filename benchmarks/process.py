@@ -25,15 +25,17 @@ COMMANDS = {
 """What is run; a command that ends in `--output` is given a directory."""
 
 
-def run(words: tuple[str, ...], compiled: str) -> dict[str, float]:
+def run(words: tuple[str, ...], compiled: str, path: str | None = None) -> dict[str, float]:
     """Run one process; return its wall and CPU time [s].
 
     Args:
         words: of the command.
         compiled: directory for compiled modules, which an installed package has too.
+        path: of a clone to be run in place of this one.
     """
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": compiled}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    environment |= {} if path is None else {"PYTHONPATH": path}
     command = [sys.executable, "-c", "import gaitopt"]
     with tempfile.TemporaryDirectory() as folder:
         if words:

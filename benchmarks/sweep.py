@@ -81,10 +81,12 @@ def swept(robot: Robot, text: str) -> dict[str, Any]:
 
 def commands(speeds: tuple[float, ...], text: str) -> dict[str, float]:
     """Return the seconds by the clock of one `sweep` command and of as many `optimise` commands."""
-    single = ("optimise", "--quiet", "--no-page", "--no-figures")
-    alone = [run((*single, "--speed", f"{v:g}", "--output"))["wall"] for v in speeds[::2]]
-    many = run(("sweep", "--quiet", "--speeds", text, "--output"))["wall"]
-    alone += [run((*single, "--speed", f"{v:g}", "--output"))["wall"] for v in speeds[1::2]]
+    single = ("optimise", "--quiet", "--no-page", "--no-figures", "--speed")
+    with tempfile.TemporaryDirectory() as compiled:
+        run((*single, "1", "--output"), compiled)  # compiles the modules
+        alone = [run((*single, f"{v:g}", "--output"), compiled)["wall"] for v in speeds[::2]]
+        many = run(("sweep", "--quiet", "--speeds", text, "--output"), compiled)["wall"]
+        alone += [run((*single, f"{v:g}", "--output"), compiled)["wall"] for v in speeds[1::2]]
     return {"sweep": many, "optimise": sum(alone)}
 
 

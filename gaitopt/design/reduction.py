@@ -151,6 +151,31 @@ def followed(
     return found
 
 
+def on_either_side(
+    fine: WalkProblem, x: Array, active: Iterable[ActiveRow]
+) -> tuple[ActiveRow, ...]:
+    """Return the active rows of a solution, in place of each that moves along two beside it.
+
+    How a row bends as its instant moves may be all that makes the walk a minimum. Held on either
+    side it does not move, and exceeds its limit in between by half of what refinement allows.
+
+    Args:
+        fine: the walk on the certificate's grid.
+        x: parameters, shape (P,).
+        active: limits that it presses on.
+    """
+    rows: list[ActiveRow] = []
+    for one in _at_extremes(fine, located(fine, x), active):
+        if one.bend > 0.0 and one.row.multiplier:
+            aside = float(np.sqrt(REFINED / one.bend))
+            instants = (round(one.row.instant + way * aside, DIGITS) for way in (-1.0, 1.0))
+            half = 0.5 * one.row.multiplier
+            rows += [replace(one.row, instant=s, multiplier=half) for s in instants]
+        else:
+            rows.append(one.row)
+    return tuple(rows)
+
+
 def _at_extremes(
     fine: WalkProblem, extremes: Iterable[Extreme], active: Iterable[ActiveRow]
 ) -> tuple[_Held, ...]:

@@ -95,12 +95,12 @@ def refine(
             found = finer, with_work(again, found[1])
         else:
             found = pruned(problem, *found)
-        if way is None or _is_strict(*found):
+        if way is None or is_strict(*found):
             break
     return found
 
 
-def _is_strict(problem: WalkProblem, solution: Solution) -> bool:
+def is_strict(problem: WalkProblem, solution: Solution) -> bool:
     """Return whether a walk is a strict minimum with its instants fixed, and so can be confirmed.
 
     An instant that moves along bends its row, and may be all that makes the walk a minimum.

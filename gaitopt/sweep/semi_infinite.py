@@ -17,7 +17,8 @@ from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import is_walk
-from gaitopt.design.refinement import MAX_ROUNDS, exchange, pruned, quadratic, with_work
+from gaitopt.design.reduction import on_either_side
+from gaitopt.design.refinement import MAX_ROUNDS, exchange, is_strict, pruned, quadratic, with_work
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
@@ -144,12 +145,23 @@ def _refined(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Des
 def _as_it_is(
     sparse: WalkProblem, walk: WarmStart, options: DesignOptions, fine: WalkProblem
 ) -> Design | None:
-    """Return a walk finished at the instants at which it presses, None if it is no walk there."""
-    problem = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, walk.active)))
-    start = Start(walk.x, placed(problem, walk.active))
-    solution = path_solver(options).solve(problem, start)
+    """Return a walk finished at the instants at which it presses, None if it is no walk there.
+
+    Where it is no strict minimum there, at instants on either side of them: else Newton's method
+    would not confirm it, and the interior point method after it in half a second neither.
+    """
+    solver = path_solver(options)
+
+    def solved(x: Array, active: Sequence[ActiveRow]) -> tuple[WalkProblem, Solution]:
+        problem = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, active)))
+        return problem, solver.solve(problem, Start(x, placed(problem, active)))
+
+    problem, solution = solved(walk.x, walk.active)
     if not is_walk(solution):
         return None
+    moving = options.refine and quadratic(solver) is not None
+    if moving and not is_strict(problem, solution):
+        problem, solution = solved(walk.x, on_either_side(fine, walk.x, walk.active))
     return finished(problem, options.solver.confirm(problem, solution), options.refine, fine)
 
 

@@ -8,7 +8,7 @@ import pytest
 from gaitopt.design.active_set import active_rows, instants_of, placed, violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.extremes import located
-from gaitopt.design.reduction import _at_extremes, _Stage, followed
+from gaitopt.design.reduction import _at_extremes, _Stage, followed, on_either_side
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
@@ -95,6 +95,29 @@ def test_extremes_that_vanish_at_the_end_are_held_as_far_from_it_as_refinement_a
     assert len(closer) > len({row.instant for row in closer})
     assert shared
     assert all(len(instants) == 1 for instants in shared.values())
+
+
+def test_held_on_either_side_of_its_instants_a_walk_is_the_same_optimum(at_extremes):
+    sparse, fine, x, active, held = at_extremes
+    rows = on_either_side(fine, x, active)
+    moving = [one for one in held if one.bend > 0.0 and one.row.multiplier]
+    assert len(moving) >= 2
+    assert len(rows) == len(held) + len(moving)
+    assert sum(row.multiplier for row in rows) == pytest.approx(
+        sum(one.row.multiplier for one in held), rel=1e-12
+    )
+    for one in moving:  # what a parabola exceeds its limit by between two instants it is held at
+        near = [
+            row.instant for row in rows
+            if (row.constraint, row.entry) == (one.row.constraint, one.row.entry)
+            and abs(row.instant - one.row.instant) < 1e-2
+        ]  # fmt: skip
+        assert one.bend * (max(near) - min(near)) ** 2 / 8.0 == pytest.approx(0.5 * REFINED)
+    problem = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, rows)))
+    solution = SOLVER.solve(problem, Start(x, placed(problem, rows)))
+    assert solution.iterations <= 2
+    assert solution.cost == pytest.approx(sparse.values(x).cost, rel=1e-6)
+    assert not violated_rows(fine, solution.x)
 
 
 def test_where_nothing_is_near_none_is_found(at_extremes):
