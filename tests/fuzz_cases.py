@@ -36,13 +36,13 @@ from input_mutations import (
     tomllib,
 )
 from mjcf_generator import write_random_mjcf
+from places import CASES, ROOT
 from urdf_mutations import mutate_urdf, pick
 
 from gaitopt.atomic import is_leftover
 from gaitopt.bounds import STARTS
 from gaitopt.errors import GaitoptError
 
-CASES = Path(__file__).parent / "data" / "cases"
 SHARES = {
     "URDF": 30, "MJCF": 24, "task": 8, "choices": 8, "specification": 6, "catalogue": 2,
     "gait file": 10, "library": 6, "arguments": 6,
@@ -630,7 +630,7 @@ def _through_command(kind: str, given, outcome: Outcome) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "gaitopt", *words],
         capture_output=True, timeout=400, check=False,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     _judge_command(words, done.returncode, done.stderr.decode("utf-8", "replace"), outcome)
 

@@ -4,11 +4,11 @@ import hashlib
 import json
 import re
 import zipfile
-from pathlib import Path
 
 import numpy as np
+from places import DOCS
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "gait-file.md"
+DOCUMENT = DOCS / "gait-file.md"
 
 
 def written(path, members, seal):

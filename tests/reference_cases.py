@@ -6,9 +6,9 @@ in the URDF the stance leg hangs from the pelvis, so its six angles, rates and t
 
 import functools
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
+from places import REFERENCE
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
@@ -17,7 +17,6 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 
-FILE = Path(__file__).parent / "data" / "reference_biped13.npz"
 URDF_SIGNS = np.repeat([-1.0, 1.0], 6)
 OPTIMA = tuple(f"p{n}_v{v}_optimum" for n in (43, 42) for v in ("0.8", "1.0", "1.2"))
 INFEASIBLE = ("p43_v1.0_infeasible", "p42_v1.0_infeasible")
@@ -62,7 +61,7 @@ def reference_task(preset: str = "standard", **changes: object) -> Task:
 @functools.cache
 def reference_case(name: str) -> ReferenceCase:
     """One case by its name."""
-    with np.load(FILE) as content:
+    with np.load(REFERENCE) as content:
         arrays = {
             key.split("/")[1]: content[key] for key in content.files if key.startswith(name + "/")
         }

@@ -2,17 +2,16 @@
 
 import functools
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+from places import REFERENCE
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task, task_record
 
-REFERENCE = Path(__file__).parent / "data" / "reference_biped13.npz"
 CASE = "p43_v1.0_optimum"
 _LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 JOINT_NAMES = tuple(f"right_{n}" for n in _LEG) + tuple(f"left_{n}" for n in reversed(_LEG))

@@ -5,14 +5,13 @@ import re
 import shlex
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from gaitopt import load_gait
 
-ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs" / "arms-on-stairs.md").read_text("utf-8")
 COMMANDS = re.findall(r"```bash\ngaitopt (.*)\n```", TEXT)
 

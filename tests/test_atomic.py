@@ -4,14 +4,13 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from gaitopt.atomic import is_leftover, write_atomically
 from gaitopt.errors import InputError
 
-ROOT = Path(__file__).parents[1]
 LEFT = ".0a1b2c3d4e5f.tmp"
 
 

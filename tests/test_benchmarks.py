@@ -4,12 +4,12 @@ import importlib
 import json
 import runpy
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
-FOLDER = Path(__file__).parents[1] / "benchmarks"
+FOLDER = ROOT / "benchmarks"
 MODULES = sorted(path.stem for path in FOLDER.glob("*.py"))
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import DOCS
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app
@@ -20,7 +21,7 @@ from gaitopt.gait.recorded import ground_of
 from gaitopt.model.feet.sole import Sole
 from gaitopt.view.figures import step_figure
 
-TEXT = (Path(__file__).parents[1] / "docs" / "extending.md").read_text()
+TEXT = (DOCS / "extending.md").read_text()
 BLOCKS = re.findall(r"```(python|console|toml)\n(.*?)```", TEXT, re.S)
 QUICK = ("--starts", "1", "--no-page", "--no-figures", "--quiet")
 

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 TESTS = """
 import pytest
@@ -44,7 +45,7 @@ def test_skips_fail_if_nothing_is_to_be_skipped(tmp_path, head, options, expecte
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = browser: needs a browser\n")
     found = subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options, str(tmp_path)],
-        cwd=tmp_path, env={"PYTHONPATH": f"{Path(__file__).parent}:{Path(__file__).parents[1]}"},
+        cwd=tmp_path, env={"PYTHONPATH": f"{Path(__file__).parent}:{ROOT}"},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert expected in found.stdout

@@ -3,14 +3,12 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from gaitopt.errors import InputError
 from gaitopt.pinocchio_check import require_pinocchio
-
-ROOT = Path(__file__).parents[1]
 
 
 def test_the_one_that_is_installed_will_do():

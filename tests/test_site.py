@@ -4,13 +4,11 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
 import gaitopt
-
-ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")

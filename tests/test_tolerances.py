@@ -1,11 +1,11 @@
 """The table of tolerances: complete, consistent, and as the documentation prints it."""
 
-from pathlib import Path
+from places import DOCS
 
 from gaitopt import tolerances
 from gaitopt.solvers import SQP, Ipopt, TrustConstr
 
-DOCS = Path(__file__).parents[1] / "docs" / "solvers.md"
+SOLVERS = DOCS / "solvers.md"
 
 
 def test_every_constant_is_in_the_table():
@@ -15,7 +15,7 @@ def test_every_constant_is_in_the_table():
 
 
 def test_the_documentation_prints_it():
-    assert tolerances.markdown() in DOCS.read_text()
+    assert tolerances.markdown() in SOLVERS.read_text()
 
 
 def test_no_part_claims_less_than_another_relies_on():

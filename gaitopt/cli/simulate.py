@@ -27,7 +27,7 @@ from gaitopt.nlp import Array
 from gaitopt.simulate.battery import Battery, Checked, battery, suspect
 from gaitopt.simulate.controller import JointPD
 from gaitopt.simulate.disturbance import StartError
-from gaitopt.simulate.mujoco_model import ContactOptions
+from gaitopt.simulate.mujoco_model import CONTACT_TIME, TIMESTEP
 from gaitopt.simulate.second_engine import SecondEngine, second_engine
 from gaitopt.simulate.stability import Stability, stability
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
@@ -80,8 +80,7 @@ def run(
     gait = load_gait(path)
     print_findings_of(screen(stderr=True), gait)
     seen = page is not None or video is not None
-    contact = ContactOptions(friction=friction)
-    options = WalkOptions(steps=steps, contact=contact, frames=FRAMES if seen else 0.0)
+    options = WalkOptions(steps=steps, friction=friction, frames=FRAMES if seen else 0.0)
     make = CONTROLLERS[controller]()
     walk = simulate(gait, options, make)
     engine, points = second_engine(gait), weak_points(gait)
@@ -155,9 +154,9 @@ def simulation_record(report: Report) -> dict[str, object]:
         "asked_steps": walk.asked,
         "controller": report.controller,
         "contact": {
-            "friction": options.contact.friction,
-            "stiffness_time_s": options.contact.stiffness_time,
-            "timestep_s": options.contact.timestep,
+            "friction": options.friction,
+            "stiffness_time_s": CONTACT_TIME,
+            "timestep_s": TIMESTEP,
         },
         "speed_m_s": _finite(walk.speed),
         "designed_speed_m_s": walk.designed_speed,
@@ -336,7 +335,7 @@ def _battery_table(tried: Battery, designed_cost: float) -> Table:
 
 def _table(gait: Gait, walk: SimulatedWalk, options: WalkOptions) -> Table:
     """Return what was measured beside what was designed."""
-    title = f"Walked in MuJoCo, friction {options.contact.friction:g}"
+    title = f"Walked in MuJoCo, friction {options.friction:g}"
     table = new_table(title, "quantity", ">simulated", ">designed")
     lengths, times = walk.settled
     table.add_row("steps", f"{walk.steps}", f"{walk.asked}")

@@ -173,7 +173,7 @@ def try_check(
 ) -> Checked:
     """Walk a gait under one disturbance."""
     if check.friction is not None:
-        options = replace(options, contact=replace(options.contact, friction=check.friction))
+        options = replace(options, friction=check.friction)
     walk = simulate(gait, options, controller, check.disturbance)
     return Checked(check, walk, _goes_on(walk))
 

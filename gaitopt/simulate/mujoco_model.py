@@ -25,26 +25,14 @@ _SOLE_THICKNESS = 0.02  # m, of the boxes that touch the ground
 _LEAST_MASS = 1e-12  # kg and kg·m²: MuJoCo refuses moving bodies without any
 _STIFF = [0.999, 0.9999, 1e-4, 0.5, 2.0]  # MuJoCo's `solimp`: ties of joints hardly give way
 RATE = 50.0
+FRICTION = 0.8  # sliding coefficient of soles on the ground, where none is given
+CONTACT_TIME = 0.004  # s, time constant of the contact, MuJoCo's `solref`
+TIMESTEP = 0.001  # s, of the integrator
 """Of the keyframes by default [Hz]."""
 START = "start"
 """Name of the keyframe on the cycle at which the walk starts; the others are `reference N`."""
 _KEYFRAMES = 20_000
 _FEET_BITS, _GROUND_BITS = (1, 4), (2, 8)  # each foot touches the ground under it, nothing else
-
-
-@dataclass(frozen=True)
-class ContactOptions:
-    """Ground and integrator of a simulation.
-
-    Attributes:
-        friction: sliding coefficient of soles on the ground.
-        stiffness_time: time constant of the contact [s], MuJoCo's `solref`.
-        timestep: of the integrator [s].
-    """
-
-    friction: float = 0.8
-    stiffness_time: float = 0.004
-    timestep: float = 0.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,14 +150,14 @@ class SimulatedRobot:
 
 
 def simulated_robot(
-    body: Multibody, torque_limit: Array | None = None, contact: ContactOptions | None = None
+    body: Multibody, torque_limit: Array | None = None, friction: float = FRICTION
 ) -> SimulatedRobot:
     """Return the compiled MuJoCo model of a robot; arguments as in `robot_spec`.
 
     Raises:
         InputError: it cannot be simulated, or MuJoCo refuses the model.
     """
-    spec = robot_spec(body, torque_limit, contact)
+    spec = robot_spec(body, torque_limit, friction)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -194,14 +182,14 @@ def simulated_robot(
 
 
 def robot_spec(
-    body: Multibody, torque_limit: Array | None = None, contact: ContactOptions | None = None
+    body: Multibody, torque_limit: Array | None = None, friction: float = FRICTION
 ) -> mujoco.MjSpec:
     """Return the MuJoCo model of a robot before it is compiled.
 
     Args:
         body: the robot of a gait.
         torque_limit: of the motors of the moving joints [N·m], shape (n,); NaN or None: unlimited.
-        contact: ground and integrator.
+        friction: sliding coefficient of soles on the ground.
 
     Raises:
         InputError: it cannot be simulated: part of its weight is carried from outside, a passive
@@ -212,9 +200,8 @@ def robot_spec(
             "part of the robot's weight is carried from outside (gravity compensation); such a "
             "robot cannot be simulated yet"
         )
-    contact = ContactOptions() if contact is None else contact
     limit = np.full(len(body.moving), np.nan) if torque_limit is None else torque_limit
-    spec = _empty_world(body, contact)
+    spec = _empty_world(body, friction)
     parents, inertias = _welded(body)
     bodies = {BASE: spec.worldbody.add_body(name=f"base {body.base}")}
     bodies[BASE].add_freejoint()
@@ -240,9 +227,9 @@ def robot_spec(
         tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
         tie.name1, tie.name2 = body.joint_names[joint], body.joint_names[master]
         tie.data[:5] = offset, multiplier, *bend
-        tie.solref, tie.solimp = [2.0 * contact.timestep, 1.0], _STIFF
+        tie.solref, tie.solimp = [2.0 * TIMESTEP, 1.0], _STIFF
     for foot in (0, 1):
-        _add_sole(bodies, parents, body, foot, contact)
+        _add_sole(bodies, parents, body, foot, friction)
     return spec
 
 
@@ -285,13 +272,13 @@ def mjcf_text(
     return str(spec.to_xml())
 
 
-def _empty_world(body: Multibody, contact: ContactOptions) -> mujoco.MjSpec:
+def _empty_world(body: Multibody, friction: float) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = body.name
     spec.compiler.degree = False
     option = spec.option
     option.gravity = body.gravity
-    option.timestep = contact.timestep
+    option.timestep = TIMESTEP
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # with pyramids a box slides at 0.7 of friction
     option.impratio = 10.0  # a box below its friction limit creeps 20 times less than with 1
@@ -305,7 +292,7 @@ def _empty_world(body: Multibody, contact: ContactOptions) -> mujoco.MjSpec:
             size=[0.0, 0.0, 1.0],
             contype=_GROUND_BITS[foot],
             conaffinity=_FEET_BITS[foot],
-            **_surface(contact),
+            **_surface(friction),
         )
     return spec
 
@@ -314,10 +301,10 @@ def _mocap(model: mujoco.MjModel, name: str) -> int:
     return int(model.body(name).mocapid[0])
 
 
-def _surface(contact: ContactOptions) -> dict[str, object]:
+def _surface(friction: float) -> dict[str, object]:
     return {
-        "friction": [contact.friction, 0.005, 1e-4],
-        "solref": [contact.stiffness_time, 1.0],
+        "friction": [friction, 0.005, 1e-4],
+        "solref": [CONTACT_TIME, 1.0],
         "condim": 3,
     }
 
@@ -394,7 +381,7 @@ def _add_sole(
     parents: dict[int, tuple[int, pin.SE3]],
     body: Multibody,
     foot: int,
-    contact: ContactOptions,
+    friction: float,
 ) -> None:
     """Add the frame of a sole and the box that touches the ground."""
     on, inside = parents[-2 - foot]
@@ -411,7 +398,7 @@ def _add_sole(
         mass=0.0,
         contype=_FEET_BITS[foot],
         conaffinity=_GROUND_BITS[foot],
-        **_surface(contact),
+        **_surface(friction),
     )
 
 

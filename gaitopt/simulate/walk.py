@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 
 import mujoco
@@ -27,11 +27,13 @@ from gaitopt.simulate.disturbance import (
     measured,
     pelvis,
 )
-from gaitopt.simulate.mujoco_model import ContactOptions, SimulatedRobot, simulated_robot
+from gaitopt.simulate.mujoco_model import FRICTION, SimulatedRobot, simulated_robot
 from gaitopt.simulate.whole_body import WholeBodyController
 
 STEPS = 20
 MOST_STEPS = 10000
+_TOUCH_DOWN = 0.05  # of the weight: normal force on the swing sole at which it has landed
+_EARLIEST = 0.6  # share of a step's designed duration before which it cannot
 _LOW = 0.7  # of the mean height of the centre of mass: below, the robot has fallen
 _TILTED = 0.5  # cosine of the trunk's tilt: 60 degrees
 _LATE = 2.0  # of a step's duration: the swing foot should have landed
@@ -63,16 +65,12 @@ class WalkOptions:
 
     Attributes:
         steps: how many to walk.
-        contact: ground and integrator.
-        touch_down: normal force on the swing sole at which it has landed, of the weight.
-        earliest: share of a step's designed duration before which it cannot.
+        friction: sliding coefficient of soles on the ground.
         frames: postures that are recorded [Hz]; 0 for none.
     """
 
     steps: int = STEPS
-    contact: ContactOptions = field(default_factory=ContactOptions)
-    touch_down: float = 0.05
-    earliest: float = 0.6
+    friction: float = FRICTION
     frames: float = 0.0
 
 
@@ -179,7 +177,7 @@ def simulate(
             "yet: optimise it on level ground"
         )
     trajectory, limit = gait.trajectory, gait.joint_limit("torque")
-    robot = simulated_robot(trajectory.body, limit, options.contact)
+    robot = simulated_robot(trajectory.body, limit, options.friction)
     make = WholeBodyController if controller is None else controller
     with _without_log():
         made = make(robot, trajectory, limit)
@@ -282,7 +280,7 @@ class _Run:
             since = time - landed
             self._push(len(times), since)
             if since > _EXCHANGED * duration:
-                late = since > options.earliest * duration
+                late = since > _EARLIEST * duration
                 self._prepare_ground(1 - foot, len(times) + 1, late)
             seen = measured(robot, data, self._disturbance.noise, self._rng)
             way.send(time, self._controller.torque(time, *seen))
@@ -297,8 +295,8 @@ class _Run:
             forces = self._forces()
             self._force = max(self._force, *forces)
             since = time - landed
-            if since > options.earliest * duration:
-                if forces[1 - foot] > options.touch_down * robot.weight:
+            if since > _EARLIEST * duration:
+                if forces[1 - foot] > _TOUCH_DOWN * robot.weight:
                     foot, landed = 1 - foot, time
                     self._controller.touch_down(foot, time)
                     places.append(self._place(foot))

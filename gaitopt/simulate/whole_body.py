@@ -11,7 +11,6 @@ Transactions on Robotics 31(2), 2015.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import daqp
 import mujoco
@@ -29,72 +28,37 @@ _LINE = 0.001  # m, half of what a line about which a foot turns is wide
 _FLAT = 0.003  # rad, below which a foot that rolls is flat
 _ARM = 0.1  # m: a moment counts as a force at this arm
 _FORWARD, _LEFT = 0, 1
-
-
-@dataclass(frozen=True)
-class WholeBodyOptions:
-    """Gains, weights and limits; one set walks bipeds of 16 to 93 kg.
-
-    Attributes:
-        interval: between two ticks [s].
-        swing: gains of the swing sole [1/s², 1/s], position and rotation.
-        trunk: gains of the trunk's rotation.
-        height: gains of the height of the centre of mass [1/s², 1/s].
-        posture: gains of the joints.
-        decay: rate at which the error of xi is to vanish [1/s].
-        weights: of swing position, swing rotation, trunk, horizontal and vertical centre of mass,
-            and joints.
-        hold: damping of the standing sole [1/s]: less lets it rock after landing, with 30 the
-            narrow feet of Unitree's G1 fall.
-        friction: coefficient, half-width of the friction pyramid.
-        edge: strip of the sole that is not used [m].
-        least_force: normal force on the standing sole [N].
-        catch: share of the predicted error of xi at landing by which the step is moved.
-        reach: most that a step is moved forward and sideways [m].
-        filter: of the step's move [rad/s], critically damped.
-        frozen: share of the step after which it is no longer moved.
-        gap: between the soles, sideways [m].
-        passing: distance ahead of the other foot, beyond its length and the gap, from which a foot
-            may come onto the other's line [m].
-        descent: speed at which a sole that is late goes on down [m/s].
-        observe: gain on what the joints of the swing leg lag behind the rates that follow from
-            the accelerations asked for [1/s]: it finds rotors that the model does not know.
-        forget: rate at which that lag is forgotten [1/s].
-        impact: time after a landing in which that lag is not taken for one [s].
-        turn: gains of the angle of a standing foot that turns about its toe or heel.
-        turn_weight: of that angle.
-        share: weight of the designed wrench on the foot behind while both stand.
-        stand_weight: of the standstill of that foot.
-        catch_up: share of the step in which a foot that was left elsewhere gets to where it
-            should be; asked for at once, it takes the friction that the robot needs.
-    """
-
-    interval: float = 0.002
-    swing: tuple[float, float] = (300.0, 34.6)
-    trunk: tuple[float, float] = (200.0, 28.0)
-    height: tuple[float, float] = (50.0, 14.0)
-    posture: tuple[float, float] = (100.0, 20.0)
-    decay: float = 3.0
-    weights: tuple[float, float, float, float, float, float] = (100.0, 10.0, 10.0, 20.0, 30.0, 0.3)
-    hold: float = 20.0
-    friction: float = 0.53
-    edge: float = 0.002
-    least_force: float = 20.0
-    catch: float = 0.85
-    reach: tuple[float, float] = (0.25, 0.2)
-    filter: float = 30.0
-    frozen: float = 0.9
-    gap: float = 0.01
-    passing: float = 0.1
-    descent: float = 0.15
-    observe: float = 50.0
-    forget: float = 10.0
-    impact: float = 0.03
-    catch_up: float = 0.6
-    turn: tuple[float, float] = (600.0, 49.0)
-    turn_weight: float = 10.0
-    share: float = 1.0
-    stand_weight: float = 1000.0
+# One set of gains, weights and limits walks bipeds of 16 to 93 kg. Gains are of place and rate.
+INTERVAL = 0.002  # s, between two ticks
+_SWING = 300.0, 34.6  # 1/s², 1/s: gains of the swing sole, position and rotation
+_TRUNK = 200.0, 28.0  # of the trunk's rotation
+_HEIGHT = 50.0, 14.0  # of the height of the centre of mass
+_POSTURE = 100.0, 20.0  # of the joints
+_TURN = 600.0, 49.0  # of the angle of a standing foot that turns about its toe or heel
+_TASKS = np.repeat([100.0, 10.0, 10.0, 20.0, 30.0], [3, 3, 3, 2, 1])
+"""Weights of swing position, swing rotation, trunk, horizontal and vertical centre of mass."""
+_JOINTS_WEIGHT, _TURN_WEIGHT = 0.3, 10.0  # of the joints, and of the angle of a foot that turns
+_STAND_WEIGHT = 1000.0  # of the standstill of the foot behind while both stand
+_DECAY = 3.0  # 1/s: rate at which the error of xi is to vanish
+_HOLD = 20.0  # 1/s, damping of the standing sole: less lets it rock after landing, with 30 the
+# narrow feet of Unitree's G1 fall
+_FRICTION = 0.53  # half-width of the friction pyramid
+_EDGE = 0.002  # m, strip of the sole that is not used
+_LEAST_FORCE = 20.0  # N, normal force on the standing sole
+_CATCH = 0.85  # share of the predicted error of xi at landing by which the step is moved
+_REACH = 0.25, 0.2  # m, most that a step is moved forward and sideways
+_FILTER = 30.0  # rad/s, of the step's move, critically damped
+_FROZEN = 0.9  # share of the step after which it is no longer moved
+_GAP = 0.01  # m, between the soles, sideways
+_PASSING = 0.1  # m ahead of the other foot, beyond its length and the gap, from which a foot may
+# come onto the other's line
+_DESCENT = 0.15  # m/s, speed at which a sole that is late goes on down
+_OBSERVE = 50.0  # 1/s, gain on what the joints of the swing leg lag behind the rates that follow
+# from the accelerations asked for: it finds rotors that the model does not know
+_FORGET = 10.0  # 1/s, rate at which that lag is forgotten
+_IMPACT = 0.03  # s after a landing in which that lag is not taken for one
+_CATCH_UP = 0.6  # share of the step in which a foot that was left elsewhere gets to where it should
+# be; asked for at once, it takes the friction that the robot needs
 
 
 def wrench_cone(friction: float, half_length: float, half_width: float) -> Array:
@@ -142,7 +106,6 @@ class WholeBodyController:
         robot: SimulatedRobot,
         trajectory: Trajectory,
         torque_limit: Array | None = None,
-        options: WholeBodyOptions | None = None,
         reference: Reference | None = None,
     ) -> None:
         """Take the tasks from the designed walk.
@@ -151,24 +114,20 @@ class WholeBodyController:
             robot: the model that the controller believes in.
             trajectory: the walk.
             torque_limit: of the motors [N·m], shape (n,); NaN or None: unlimited.
-            options: gains, weights and limits.
             reference: of the walk, where it is made already.
         """
-        self._robot, self._options = robot, options or WholeBodyOptions()
-        self.interval = self._options.interval
+        self._robot = robot
+        self.interval = INTERVAL
         self._reference = Reference(robot, trajectory) if reference is None else reference
         self._data, nv = mujoco.MjData(robot.model), robot.model.nv
         self._mass, self._task = np.zeros((nv, nv)), np.zeros((12, nv))
         limit = np.full(len(robot.dof), np.nan) if torque_limit is None else torque_limit
         self._limit = np.where(np.isnan(limit), _UNLIMITED, limit)
-        w = self._options.weights
-        self._weights = np.repeat([w[0], w[1], w[2], w[3], w[4]], [3, 3, 3, 2, 1])
         self._cones, self._lines = [], []
         for toe, heel, left, right in robot.body.sole_rectangle:
-            edge = self._options.edge
-            sizes = (toe - heel) / 2.0 - edge, (left - right) / 2.0 - edge
-            self._cones.append(wrench_cone(self._options.friction, *sizes))
-            self._lines.append(wrench_cone(self._options.friction, _LINE, sizes[1]))
+            sizes = (toe - heel) / 2.0 - _EDGE, (left - right) / 2.0 - _EDGE
+            self._cones.append(wrench_cone(_FRICTION, *sizes))
+            self._lines.append(wrench_cone(_FRICTION, _LINE, sizes[1]))
         moving = robot.body.moving
         self._swinging = [
             np.isin(moving, robot.body.leg(1 - foot)).astype(float) for foot in (0, 1)
@@ -193,10 +152,10 @@ class WholeBodyController:
 
     def torque(self, time: float, qpos: Array, qvel: Array) -> Array:
         """Return the torques of the motors [N·m], see `Controller.torque` and the module."""
-        robot, options, data = self._robot, self._options, self._data
+        robot, data = self._robot, self._data
         foot, since, count = self._foot, time - self._landed, len(self._robot.dof)
         self._see(qpos, qvel)
-        target = self._reference.at(foot, since, options.descent)
+        target = self._reference.at(foot, since, _DESCENT)
         bias = data.qfrc_bias - data.qfrc_passive
         turning = robot.body.coupling(target.q) @ target.dq
         bias[robot.driven] += robot.body.friction[robot.body.driven] * np.tanh(
@@ -213,22 +172,22 @@ class WholeBodyController:
         A = task @ N
         weighted = A.T * weights
         dq = data.qvel[robot.dof]
-        kp, kd = options.posture
+        kp, kd = _POSTURE
         own = target.ddq + kp * (target.q - data.qpos[robot.qpos]) + kd * (target.dq - dq)
-        slight = np.full(N.shape[1], options.weights[5])
+        slight = np.full(N.shape[1], _JOINTS_WEIGHT)
         # the tasks ask the swing leg for what it lags behind, too; the same in the stance leg
         # winds up while the sole rocks, and falls
-        landing = self._believed is None or since < options.impact
+        landing = self._believed is None or since < _IMPACT
         believed = dq if landing else self._believed
-        lag = options.observe * (believed - dq) * self._swinging[foot]
+        lag = _OBSERVE * (believed - dq) * self._swinging[foot]
         if turn is not None:
-            slight[count] = options.turn_weight
+            slight[count] = _TURN_WEIGHT
             own, lag = np.append(own, self._rolling(turn)), np.append(lag, 0.0)
         H = weighted @ A + np.diag(slight)
         f = -weighted @ (wanted - task @ n + A @ lag) - slight * (own + lag)
         cone = self._cone(foot, turn)
         C, least = cone @ wrench, -cone @ wrench_0
-        least[0] += options.least_force
+        least[0] += _LEAST_FORCE
         if target.behind is not None:
             rear = target.behind, target.turn_behind
             H, f, C, least, torque = self._shared(*rear, N, inverse, H, f, C, least, torque)
@@ -239,8 +198,8 @@ class WholeBodyController:
         if flag < 1:
             self.unsolved += 1
             x = np.linalg.solve(H, -f)
-        joints = x[:count] - lag[:count] - options.forget * (believed - dq)
-        self._believed = believed + options.interval * joints
+        joints = x[:count] - lag[:count] - _FORGET * (believed - dq)
+        self._believed = believed + INTERVAL * joints
         return np.asarray(np.clip(torque @ x + torque_0, -self._limit, self._limit))
 
     def _see(self, qpos: Array, qvel: Array) -> None:
@@ -274,13 +233,13 @@ class WholeBodyController:
 
     def _rolling(self, turn: Turn) -> float:
         """Return the acceleration that the standing foot is to have about its line [rad/s²]."""
-        kp, kd = self._options.turn
+        kp, kd = _TURN
         error = turn.angle - self._angle(turn)
         return turn.acceleration + kp * error + kd * (turn.rate - self._turn_rate)
 
     def _held(self, turn: Turn | None) -> tuple[Array, Array, Array]:
         """Return N and n, and the inverse of the base's columns of the standing sole's Jacobian."""
-        robot, options, data = self._robot, self._options, self._data
+        robot, data = self._robot, self._data
         J, drift = sole_motion(robot, data, self._foot)
         inverse = np.linalg.inv(J[:, :6])
         N = robot.free(data.qpos)[:, 6:].copy()
@@ -297,7 +256,7 @@ class WholeBodyController:
             column = np.zeros((robot.model.nv, 1))
             column[:6, 0] = inverse @ along
             N = np.hstack([N, column])
-        n[:6] = inverse @ (turned - options.hold * twist - drift - J @ n)
+        n[:6] = inverse @ (turned - _HOLD * twist - drift - J @ n)
         return N, n, np.asarray(inverse)
 
     def _cone(self, foot: int, turn: Turn | None) -> Array:
@@ -336,12 +295,12 @@ class WholeBodyController:
         moved = -inverse.T @ J[:, :6].T * scale
         big = np.zeros((count + 6, count + 6))
         big[:count, :count] = H
-        big[count:, count:] = self._options.share * np.eye(6)
-        f = np.append(f, -self._options.share * behind / scale)
+        big[count:, count:] = np.eye(6)
+        f = np.append(f, -behind / scale)
         on_this = self._cone(self._foot, None) @ moved
         C = np.block([[C, on_this], [np.zeros((len(cone), count)), cone * scale]])
         more = np.zeros(len(cone))
-        more[0] = self._options.least_force
+        more[0] = _LEAST_FORCE
         pushed = -N[:, : len(torque)].T @ J.T * scale
         return big, f, C, np.append(least, more), np.hstack([torque, pushed])
 
@@ -350,31 +309,31 @@ class WholeBodyController:
 
         The first six are of the other sole.
         """
-        robot, options, data, foot = self._robot, self._options, self._data, self._foot
+        robot, data, foot = self._robot, self._data, self._foot
         standing = data.site_xpos[robot.site[foot]]
         com = data.subtree_com[robot.base] - standing
         com_velocity = self._mass[:3] @ data.qvel / robot.mass
-        w, k = self._reference.rate, options.decay
+        w, k = self._reference.rate, _DECAY
         late = target.com - com, target.com_velocity - com_velocity
         push = self._adjust(since, -(late[0] + late[1] / w)[:2])
         J, drift = sole_motion(robot, data, 1 - foot)
         twist = J @ data.qvel
-        wanted, weights = np.empty(12), self._weights
+        wanted, weights = np.empty(12), _TASKS
         if target.behind is None:
             wanted[:6] = self._swing(since, target, push, standing, twist) - drift
         else:
-            wanted[:6] = target.sole_acceleration + options.hold * (target.sole_twist - twist)
+            wanted[:6] = target.sole_acceleration + _HOLD * (target.sole_twist - twist)
             wanted[:6] -= drift
             weights = weights.copy()
-            weights[:6] = options.stand_weight
+            weights[:6] = _STAND_WEIGHT
         trunk = data.xmat[robot.base].reshape(3, 3)
-        kp, kd = options.trunk
+        kp, kd = _TRUNK
         wanted[6:9] = (
             target.trunk_acceleration
             + kp * _rotation_to(target.trunk_rotation, trunk)
             + kd * (target.trunk_rate - trunk @ data.qvel[3:6])
         )
-        kp, kd = options.height
+        kp, kd = _HEIGHT
         stiffness, damping = np.array([k * w, k * w, kp]), np.array([w + k, w + k, kd])
         height = late[0].copy()
         # above the ground as designed, not above a sole that sinks in
@@ -397,7 +356,7 @@ class WholeBodyController:
             standing: place of the standing sole (3,).
             twist: of the swing sole (6,).
         """
-        robot, options, data = self._robot, self._options, self._data
+        robot, data = self._robot, self._data
         swinging = robot.site[1 - self._foot]
         place = standing + target.sole
         place[2] = self._level + target.raised + target.sole[2]
@@ -408,12 +367,12 @@ class WholeBodyController:
         if self._left is None:
             self._left = (data.site_xpos[swinging] - place)[:2]
         lifted = since - self._reference.both
-        faded, faded_rate, faded_push = fading(lifted, options.catch_up * self._reference.duration)
+        faded, faded_rate, faded_push = fading(lifted, _CATCH_UP * self._reference.duration)
         place[:2] += faded * self._left
         rate[:2] += faded_rate * self._left
         push = push + faded_push * self._left
         turn = _rotation_to(target.sole_rotation, data.site_xmat[swinging].reshape(3, 3))
-        kp, kd = options.swing
+        kp, kd = _SWING
         error = np.concatenate([place - data.site_xpos[swinging], turn])
         wanted = target.sole_acceleration + kp * error + kd * (rate - twist)
         wanted[:2] += push
@@ -421,22 +380,22 @@ class WholeBodyController:
 
     def _adjust(self, since: float, error: Array) -> Array:
         """Move the step to where the error of xi is caught; return the acceleration of the move."""
-        options, reference = self._options, self._reference
-        w, k = reference.rate, options.decay
+        reference = self._reference
+        w, k = reference.rate, _DECAY
         rest = max(reference.duration - since, 0.0)
-        if since < options.frozen * reference.duration:
+        if since < _FROZEN * reference.duration:
             room = np.maximum(reference.room[self._foot][reference.row(since)], 0.0)
             for axis in (_FORWARD, _LEFT):
                 sign, size = (1.0 if error[axis] > 0.0 else -1.0), abs(error[axis])
                 free = room[2 * axis] if sign > 0.0 else room[2 * axis + 1]
                 grown = free + (size - free) * np.exp(w * rest)
                 predicted = sign * max(grown, size * np.exp(-k * rest))
-                reach = options.reach[axis]
-                self._goal[axis] = min(max(options.catch * predicted, -reach), reach)
-        rate = options.filter
+                reach = _REACH[axis]
+                self._goal[axis] = min(max(_CATCH * predicted, -reach), reach)
+        rate = _FILTER
         push = rate**2 * (self._goal - self._move) - 2.0 * rate * self._move_rate
-        self._move_rate = self._move_rate + push * options.interval
-        self._move = self._move + self._move_rate * options.interval
+        self._move_rate = self._move_rate + push * INTERVAL
+        self._move = self._move + self._move_rate * INTERVAL
         return np.asarray(push)
 
     def _keep_apart(self, place: Array, standing: Array) -> None:
@@ -444,11 +403,10 @@ class WholeBodyController:
 
         A foot that is ahead or behind by more than its length may land on the line of the other.
         """
-        options = self._options
         toe, heel, left, right = self._robot.body.sole_rectangle[self._foot]
-        beyond = abs(place[0] - standing[0]) - (toe - heel) - options.gap
-        free = min(max(beyond / options.passing, 0.0), 1.0)
-        least = (1.0 - free) * (left - right + options.gap)
+        beyond = abs(place[0] - standing[0]) - (toe - heel) - _GAP
+        free = min(max(beyond / _PASSING, 0.0), 1.0)
+        least = (1.0 - free) * (left - right + _GAP)
         side = np.sign(self._reference.targets[self._foot][0].sole[1])
         if side * (place[1] - standing[1]) < least:
             place[1] = standing[1] + side * least

@@ -1,11 +1,10 @@
 """Motors that turn joints in common: exact derivatives, MuJoCo's own loops, and what is refused."""
 
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
 from numerics import check_jacobian
+from places import EXAMPLES
 
 from gaitopt.actuators.linkages import (
     DEAD,
@@ -18,7 +17,7 @@ from gaitopt.actuators.linkages import (
 )
 from gaitopt.errors import SpecError
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "linkages.toml"
+EXAMPLE = EXAMPLES / "linkages.toml"
 PLACES = np.tile(np.eye(4), (2, 1, 1))
 PLACES[0, :3, 3] = 0.0, 0.0, -0.3
 PLACES[1, :3, 3] = 0.01, 0.0, -0.02

@@ -1,10 +1,10 @@
 """Motor tables: hand-computed figures at the joint, and refusals of what cannot be."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from gaitopt.actuators.motors import (
     catalogue_of,
@@ -15,7 +15,6 @@ from gaitopt.actuators.motors import (
 )
 from gaitopt.errors import InputError, RobotError, SpecError
 
-ROOT = Path(__file__).parents[2]
 TABLE = """
 [motors.example]
 torque_constant = 0.1

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import CASES
 
 from gaitopt import bounds
 from gaitopt.bounds import read_bounded, shown
@@ -26,7 +27,6 @@ from gaitopt.sweep.grid import Axis, Grid, parse_axis
 from gaitopt.sweep.workers import local_workers
 from gaitopt.view.page import page_text
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 MANY = 10**9 + 1
 
 

@@ -2,17 +2,15 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import CASES
 
 from gaitopt import audit, load_gait, save_gait
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import array_names
-
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def test_designed_gait_passes(cli, designed):

@@ -1,10 +1,10 @@
 """`gaitopt codesign`: results, going on, refusals."""
 
 import json
-from pathlib import Path
 
 import pytest
 from example_robots import needs_example_robots
+from places import EXAMPLES
 
 from gaitopt.catalogue.parameters import PARAMETERS, read_spec
 from gaitopt.cli.codesign import TRIALS, earlier_trials, trial_of, trial_record
@@ -13,7 +13,6 @@ from gaitopt.design.audit import problem_of
 from gaitopt.gait.gait_file import load_gait
 
 QUICK = ("--solver", "sqp", "--starts", "1", "--samples", "21")
-EXAMPLES = Path(__file__).parents[2] / "examples"
 GEARS = ("--motors", EXAMPLES / "motors.toml", "--speeds", "0.8")
 ASKED = ("--vary", "hip_width=10cm:14cm", "--speeds", "0.8")
 

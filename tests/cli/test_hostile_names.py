@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from places import CASES, ROOT
 
 from gaitopt import load_gait, save_gait
 from gaitopt.cli.display import screen, warn
@@ -19,7 +20,6 @@ KNEE = f"knee[/red] {CSI}31m$\\frac{{$ :smile: <b>@TITLE@"
 ROLL = "hip_roll[bold] \u202e&#10;error: forged"
 ROBOT = f"mini[/] {CSI}2J&#10;error: forged <script>alert(1)</script> @DATA@ $\\frac{{"
 UNSEEN = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2028\u2029]")
-DATA = Path(__file__).parents[1] / "data" / "cases"
 
 
 def attribute(text: str) -> str:
@@ -28,7 +28,7 @@ def attribute(text: str) -> str:
 
 @pytest.fixture(scope="module")
 def hostile(tmp_path_factory) -> Path:
-    text = (DATA / "base_mini.urdf").read_text()
+    text = (CASES / "base_mini.urdf").read_text()
     for side in ("left", "right"):
         text = text.replace(f'"{side}_knee"', f'"{side}_{attribute(KNEE)}"')
         text = text.replace(f'"{side}_hip_roll"', f'"{side}_{ROLL}"')
@@ -102,9 +102,8 @@ def test_what_is_printed_by_itself_is_plain(capsys):
 @pytest.mark.skipif(os.name != "posix", reason="a pseudo-terminal is POSIX")
 def test_on_a_terminal_only_gaitopt_steers(hostile):
     shown, terminal = pty.openpty()
-    root = Path(__file__).parents[2]
     words = [sys.executable, "-m", "gaitopt", "inspect", "--urdf", str(hostile)]
-    environment = {**os.environ, "PYTHONPATH": str(root), "TERM": "xterm", "COLUMNS": "150"}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "150"}
     with subprocess.Popen(words, stdout=terminal, stderr=terminal, env=environment):
         os.close(terminal)
         text = b""

@@ -1,10 +1,9 @@
 """Linkages of a table and of a file: walks that keep them, checked and designed again."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from looped_bipeds import parallel_ankles
+from places import EXAMPLES
 
 from gaitopt.actuators.linkages import read_linkages
 from gaitopt.design.requirements import motor_loops, own_motor_loops
@@ -16,7 +15,7 @@ from gaitopt.view.curves import curves
 from gaitopt.view.page import page_text
 from gaitopt.view.torque_speed import torque_speed_figure
 
-TABLE = Path(__file__).parents[2] / "examples" / "linkages.toml"
+TABLE = EXAMPLES / "linkages.toml"
 QUIET = ("--no-page", "--no-figures", "-q")
 
 

@@ -3,9 +3,9 @@
 import json
 import pickle
 import shutil
-from pathlib import Path
 
 import pytest
+from places import SWING_HEIGHT
 
 from gaitopt.cli.config import read_config
 from gaitopt.cli.request import make_request
@@ -13,7 +13,6 @@ from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import extension_record, load_plugin
 
-PLUGIN = Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py"
 SUM = """
 from dataclasses import dataclass
 
@@ -41,7 +40,7 @@ QUICK = ("--starts", "1", "--no-page", "--no-figures", "--quiet")
 def designed(tmp_path_factory, cli):
     """A gait with a limit of its own, far below what the swing foot does without."""
     directory = tmp_path_factory.mktemp("own")
-    shutil.copy(PLUGIN, directory / "mine.py")
+    shutil.copy(SWING_HEIGHT, directory / "mine.py")
     limit = ("--plugin", str(directory / "mine.py"), "--low-swing", "5cm")
     found = cli("optimise", *limit, *QUICK, "--output", str(directory / "out"))
     assert found.exit_code == 0, found.output
@@ -82,19 +81,19 @@ def test_the_task_that_is_written_asks_for_the_same(designed):
 
 
 def test_the_help_shows_its_options(cli):
-    shown = cli("optimise", "--plugin", str(PLUGIN), "--help-all")
+    shown = cli("optimise", "--plugin", str(SWING_HEIGHT), "--help-all")
     assert "--low-swing" in shown.stdout
     assert "--low-swing" not in cli("optimise", "--help-all").stdout
 
 
 def test_a_configuration_names_plugin_and_values(tmp_path):
     path = tmp_path / "task.toml"
-    path.write_text(f'[plugin]\nplugin = "{PLUGIN}"\n[margins]\nlow_swing = "45 mm"\n')
+    path.write_text(f'[plugin]\nplugin = "{SWING_HEIGHT}"\n[margins]\nlow_swing = "45 mm"\n')
     assert read_config(path)["low_swing"] == pytest.approx(0.045)
     assert make_request({}, path).task.margin("low_swing") == pytest.approx(0.045)
     assert make_request({"low_swing": 0.07}, path).task.margin("low_swing") == 0.07
     path.write_text("[margins]\nlow_swing = 0.045\n")
-    assert read_config(path, PLUGIN)["low_swing"] == 0.045
+    assert read_config(path, SWING_HEIGHT)["low_swing"] == 0.045
     with pytest.raises(InputError, match=r"unknown entry in \[margins\] 'low_swing'"):
         read_config(path)
 
@@ -145,14 +144,14 @@ def test_fields_of_the_terms_of_a_sum_are_options(tmp_path, cli):
 
 
 def test_of_two_plugins_neither_is_dropped(cli):
-    refused = cli("optimise", "--plugin", PLUGIN, f"--plugin={PLUGIN}")
+    refused = cli("optimise", "--plugin", SWING_HEIGHT, f"--plugin={SWING_HEIGHT}")
     assert refused.exit_code == 2
     assert "--plugin is given twice" in refused.stderr
 
 
 def test_a_plugin_may_not_take_the_name_of_an_option(tmp_path, cli):
     path = tmp_path / "mine.py"
-    path.write_text(PLUGIN.read_text().replace("low_swing:", "speed:"))
+    path.write_text(SWING_HEIGHT.read_text().replace("low_swing:", "speed:"))
     refused = cli("optimise", "--plugin", str(path))
     assert refused.exit_code == 2
     assert "has a field 'speed', which is the name of an option of gaitopt" in refused.stderr
@@ -160,7 +159,7 @@ def test_a_plugin_may_not_take_the_name_of_an_option(tmp_path, cli):
 
 def test_a_library_is_swept_and_read_with_its_plugin(tmp_path, cli):
     """Workers import the plugin themselves; what lies between the gaits needs it again."""
-    own = ("--plugin", PLUGIN, "--low-swing", "0.05")
+    own = ("--plugin", SWING_HEIGHT, "--low-swing", "0.05")
     where = tmp_path / "library"
     many = ("--speeds", "0.98,1.0", "--workers", "1", "--no-refine", "--quiet")
     assert cli("sweep", *many, *own, "--output", where).exit_code == 0
@@ -171,6 +170,6 @@ def test_a_library_is_swept_and_read_with_its_plugin(tmp_path, cli):
     without = cli(*between)
     assert without.exit_code == 2
     assert "give that file: --plugin swing_height.py" in without.stderr
-    found = cli(*between, "--plugin", PLUGIN)
+    found = cli(*between, "--plugin", SWING_HEIGHT)
     assert found.exit_code in (0, 1), found.stderr  # designed, certified or not
     assert "between speed" in found.stdout

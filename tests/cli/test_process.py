@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from gaitopt import load_gait
 from gaitopt.cli import results
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and descriptors are POSIX")
 
-ROOT = Path(__file__).parents[2]
 QUICK = ("--solver", "sqp", "--starts", "1", "--no-refine", "--no-figures", "--no-page")
 SLOW = ("--solver", "trust-constr", "--starts", "1", "--no-refine", "--tolerance", "1e-14")
 FULL = Path("/dev/full")

@@ -1,16 +1,16 @@
 """What `inspect` knows about a robot is said by every command, in summary.json and on the page."""
 
 import json
-from pathlib import Path
 
 import pytest
+from places import CASES
 from rich.console import Console
 
 from gaitopt import Robot, load_gait, summarise
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.importers.report import Finding, findings_of
 
-CASE = Path(__file__).parents[1] / "data" / "cases" / "urdf_warnings_not_in_optimise.urdf"
+CASE = CASES / "urdf_warnings_not_in_optimise.urdf"
 WARNED = "torque limit 0 N·m is a placeholder"
 
 

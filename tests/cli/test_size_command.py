@@ -2,14 +2,13 @@
 
 import re
 import shlex
-from pathlib import Path
 
 import numpy as np
+from places import ROOT
 
 from gaitopt.actuators.motors import read_motors
 from gaitopt.gait.gait_file import load_gait
 
-ROOT = Path(__file__).parents[2]
 CATALOGUE = ROOT / "examples" / "catalogue.toml"
 
 

@@ -8,6 +8,7 @@ import os
 import signal
 from pathlib import Path
 
+from places import DOCS
 from typer.testing import CliRunner
 
 from gaitopt.cli import optimise as optimise_command
@@ -37,7 +38,7 @@ def test_the_noise_is_that_of_many_starts() -> None:
     request = make_request({"robot": "biped13", "starts": 3}, None)
     assert request.noise == (usual, 0)
     assert SCHEMA["solver"]["sigma"].default == usual
-    said = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
+    said = (DOCS / "cli.md").read_text(encoding="utf-8")
     assert f"of standard deviation {usual:g} rad" in said
 
 

@@ -10,12 +10,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from gaitopt.cli import suggestions
 from gaitopt.cli.suggestions import Asked
 from gaitopt.gait.gait_file import load_gait
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(autouse=True)

@@ -1,8 +1,7 @@
 """Limits held at instants close together: the search ends, and the walk is certified."""
 
-from pathlib import Path
-
 import numpy as np
+from places import CASES
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
@@ -10,8 +9,6 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, violations
-
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def test_a_knee_that_touches_its_limit_between_two_instants_is_certified():

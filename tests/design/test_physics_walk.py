@@ -1,12 +1,12 @@
 """Walks of robots with damping, friction, springs, rotors and carried weight."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from numerics import relative_error
+from places import CASES
 
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import fine_grid
@@ -28,7 +28,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 URDF = CASES / "urdf_damping_friction.urdf"
 SPEED = 0.5
 JOINTS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")

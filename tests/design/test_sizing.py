@@ -1,9 +1,8 @@
 """Sizing: against motors computed by hand, certified gaits, refusals."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from places import EXAMPLES
 
 from gaitopt.actuators.motors import read_motors
 from gaitopt.design.design import design
@@ -15,7 +14,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.presets import preset_task
 from gaitopt.solvers import solver_by_name
 
-FILE = Path(__file__).parents[2] / "examples" / "catalogue.toml"
+FILE = EXAMPLES / "catalogue.toml"
 QUICK = DesignOptions(solver=solver_by_name("sqp"))
 
 

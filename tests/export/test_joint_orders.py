@@ -1,19 +1,17 @@
 """Orders of joints and bodies, and frames of bodies, against engines' own."""
 
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
 from example_robots import needs_example_robots
 from first_walks import first_walk
+from places import CASES
 
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motions.motion import motion
 from gaitopt.motions.orders import G1_JOINTS, RobotOrder
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 ISAAC = (
     "left_hip_pitch", "right_hip_pitch", "waist_yaw", "left_hip_roll", "right_hip_roll",
     "waist_roll", "left_hip_yaw", "right_hip_yaw", "waist_pitch", "left_knee", "right_knee",

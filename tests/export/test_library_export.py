@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from places import LIBRARY_0_1
 from typer.testing import CliRunner
 
 import gaitopt
@@ -15,12 +16,10 @@ from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.motions.formats import FORMATS
 
-LIBRARY = Path(__file__).parents[1] / "data" / "library_0.1"
-
 
 @pytest.fixture
 def library(tmp_path):
-    return Path(shutil.copytree(LIBRARY, tmp_path / "lib"))
+    return Path(shutil.copytree(LIBRARY_0_1, tmp_path / "lib"))
 
 
 def command(*words):

@@ -3,11 +3,11 @@
 import csv
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from places import DOCS
 from sample_gait import sample_gait
 
 import gaitopt
@@ -15,7 +15,7 @@ from gaitopt import bounds
 from gaitopt.motions.formats import FORMATS
 from gaitopt.motions.orders import ORDERS
 
-PAGE = Path(__file__).parents[2] / "docs" / "motions.md"
+PAGE = DOCS / "motions.md"
 HEADER = "| format | array | shape | unit | what, frame | order unless asked | read by |\n"
 SIZES = {"T": 80, "n": 12, "B": 13}  # a stride of 0.8 s at 100 Hz of the thirteen-link biped
 

@@ -3,7 +3,6 @@
 import io
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -15,6 +14,7 @@ from example_robots import needs_example_robots
 from first_walks import first_walk
 from mujoco_replay import compiled, joint_order, weigh_as_designed
 from numerics import relative_error
+from places import CASES
 from sample_gait import sample_gait
 
 import gaitopt
@@ -24,8 +24,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.motions.formats import FORMATS
 from gaitopt.motions.motion import motion
 from gaitopt.motions.orders import G1_JOINTS
-
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def exported(gait, folder, name, **asked):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numerics import relative_error
 from rich.console import Console
+from walk_checks import check_both_feet_hold, check_referee_agrees, refereed
 from walks import walk
 
 from gaitopt.catalogue.entries import description, entry_by_name
@@ -15,12 +16,11 @@ from gaitopt.contact.schedule import PhaseEnd
 from gaitopt.design.both_feet import carried_over, gentle, impact_possible
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.referee import ask_referee
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.grid import Grid, proof_grid
+from gaitopt.gait.grid import proof_grid
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.closed_impact import ClosedImpact
@@ -111,20 +111,7 @@ def test_the_motors_give_back_what_the_impact_takes(found):
 
 
 def test_both_feet_keep_their_contacts_at_5001_instants(found):
-    instants = np.linspace(0.0, 1.0, 5001)
-    problem = found.problem.with_grid(Grid(instants, np.full(5001, 1.0 / 5001), 5001))
-    step = problem.step(found.solution.x)
-    late = instants > problem.schedule.changes[-1]
-    margins, sole = problem.task.margins, problem.robot.sole
-    for what, rows in ((quantities.WRENCH, slice(None)), (quantities.FRONT_WRENCH, late)):
-        wrench = step.read(what)[rows]
-        load = wrench[:, 2]
-        assert load.min() > 0.99
-        assert (np.hypot(wrench[:, 0], wrench[:, 1]) / load).max() < margins.friction * (1 + 1e-5)
-        x, y = -wrench[:, 4] / load, wrench[:, 3] / load
-        room = np.minimum.reduce([sole.toe - x, x - sole.heel, sole.left - y, y - sole.right])
-        assert room.min() > margins.cop_margin - 1e-4
-    assert np.ptp(step.support.corners[late], axis=0).max() < 1e-12
+    check_both_feet_hold(found.problem, found.solution.x)
 
 
 def test_only_the_rates_jump_as_both_feet_come_to_stand(gait):
@@ -146,15 +133,10 @@ def test_a_second_engine_signs_and_sees_a_wrong_rear_impulse(gait):
 
 
 def test_the_referee_agrees_and_sees_a_wrong_impulse():
-    at = walk(NAME)
-    problem = at.problem.with_grid(proof_grid(at.problem.breaks))
-    step = problem.step(at.x)
-    verdict = ask_referee(problem.robot, step, problem.grid, problem.schedule)
-    assert 0.0 < verdict.worst < REFEREE
-    assert 0.0 < verdict.momentum < MOMENTUM
+    problem, step = check_referee_agrees(walk(NAME).problem, walk(NAME).x)
     struck = replace(step.double.struck, rear=1.001 * step.double.struck.rear)
     wrong = replace(step, double=replace(step.double, struck=struck))
-    verdict = ask_referee(problem.robot, wrong, problem.grid, problem.schedule)
+    verdict = refereed(problem, wrong)
     assert verdict.impulse > REFEREE
     assert verdict.momentum > MOMENTUM
 

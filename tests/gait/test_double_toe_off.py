@@ -5,9 +5,15 @@ import re
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from numerics import relative_error
+from walk_checks import (
+    check_base_moves_as_its_twist_says,
+    check_ground_holds,
+    check_referee_agrees,
+    everywhere,
+    refereed,
+)
 from walks import walk
 
 from gaitopt.contact.flat_foot import FlatFoot
@@ -17,15 +23,13 @@ from gaitopt.design.audit import audit
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import _after
-from gaitopt.design.referee import ask_referee
 from gaitopt.design.summary import summarise
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.presets import preset_task
 from gaitopt.simulate.second_engine import second_engine
-from gaitopt.tolerances import MOMENTUM, REFEREE
+from gaitopt.tolerances import REFEREE
 from gaitopt.view.page import page_text
 
 NAME = "upright, double support, toe off"
@@ -58,24 +62,18 @@ def test_it_is_certified_and_costs_less_than_on_flat_feet(found):
 
 def test_the_feet_keep_their_contacts_at_5001_instants(found):
     """The rear foot's pressure is in the strip while it turns, the front one's in its sole."""
-    instants = np.linspace(0.0, 1.0, 5001)
-    problem = found.problem.with_grid(Grid(instants, np.full(5001, 1.0 / 5001), 5001))
-    step, margins, sole = (
-        problem.step(found.solution.x), problem.task.margins, problem.robot.sole,
-    )  # fmt: skip
+    problem, instants = found.problem, np.linspace(0.0, 1.0, 5001)
+    step, sole = everywhere(problem, found.solution.x), problem.robot.sole
     turning, late = instants > 0.6, instants > 0.8
-    for what, rows in ((quantities.WRENCH, slice(None)), (quantities.FRONT_WRENCH, late)):
-        wrench = step.read(what)[rows]
-        load = wrench[:, 2]
-        assert load.min() > 0.99
-        assert (np.hypot(wrench[:, 0], wrench[:, 1]) / load).max() < margins.friction * (1 + 1e-5)
+    check_ground_holds(problem, step.read(quantities.WRENCH))
+    check_ground_holds(problem, step.read(quantities.FRONT_WRENCH)[late])
     wrench = step.read(quantities.WRENCH)[turning]
     x = -wrench[:, 4] / wrench[:, 2]
     assert x.max() < sole.toe + 1e-4
     assert x.min() > sole.toe - problem.task.toe_strip - 1e-4
     front = step.read(quantities.FRONT_WRENCH)[late]
     x = -front[:, 4] / front[:, 2]
-    assert x.min() > sole.heel + margins.cop_margin - 1e-4
+    assert x.min() > sole.heel + problem.task.margins.cop_margin - 1e-4
     assert np.ptp(x) > 0.05  # it is not held to a strip
     assert step.foot_motion[0, turning].min() > -1e-6
     corners = step.support.corners[late]
@@ -98,14 +96,8 @@ def test_the_rear_foot_turns_on_while_both_stand_and_leaves_as_it_turns(gait):
 
 
 def test_base_moves_as_its_twist_says(gait):
-    trajectory, T, h = gait.trajectory, gait.duration, 1e-5
-    model, times = trajectory.body.model, np.array([0.35, 0.43, 0.46, T + 0.38, T + 0.47])
-    before, at, after = (trajectory.at(times + move) for move in (-h, 0.0, h))
-    for k in range(len(times)):
-        v = pin.difference(model, before.configuration[k], after.configuration[k]) / (2.0 * h)
-        a = (after.velocity[k] - before.velocity[k]) / (2.0 * h)
-        assert relative_error(v, at.velocity[k]) < 1e-6
-        assert relative_error(a, at.acceleration[k]) < 1e-5
+    times = np.array([0.35, 0.43, 0.46, gait.duration + 0.38, gait.duration + 0.47])
+    check_base_moves_as_its_twist_says(gait.trajectory, times)
 
 
 def test_trajectory_is_the_step(found, gait):
@@ -127,16 +119,11 @@ def test_a_second_engine_signs_with_the_forces_of_both_feet(gait):
 
 
 def test_the_referee_agrees_and_sees_a_wrong_turn():
-    at = walk(NAME)
-    problem = at.problem.with_grid(proof_grid(at.problem.breaks))
-    step = problem.step(at.x)
-    verdict = ask_referee(problem.robot, step, problem.grid, problem.schedule)
-    assert 0.0 < verdict.worst < REFEREE
-    assert 0.0 < verdict.momentum < MOMENTUM
+    problem, step = check_referee_agrees(walk(NAME).problem, walk(NAME).x)
     turned = step.foot_motion.copy()
     turned[2] *= 1.001
     wrong = replace(step, foot_motion=turned)
-    verdict = ask_referee(problem.robot, wrong, problem.grid, problem.schedule)
+    verdict = refereed(problem, wrong)
     assert min(verdict.torque, verdict.wrench) > REFEREE
 
 

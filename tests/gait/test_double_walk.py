@@ -5,11 +5,17 @@ import re
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from numerics import relative_error
 from rich.console import Console
 from synthetic_bipeds import synthetic
+from walk_checks import (
+    FORCE_MIRROR,
+    check_base_moves_as_its_twist_says,
+    check_both_feet_hold,
+    check_referee_agrees,
+    refereed,
+)
 from walks import walk
 
 from gaitopt.cli.report import print_gait
@@ -17,27 +23,25 @@ from gaitopt.contact.schedule import PhaseEnd
 from gaitopt.design.certificate import certify
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.referee import ask_referee
 from gaitopt.design.sensitivity import Envelope
 from gaitopt.design.summary import summarise
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.grid import Grid, proof_grid
+from gaitopt.gait.grid import proof_grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.motions.stride import record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
-from gaitopt.tolerances import MOMENTUM, REFEREE
+from gaitopt.tolerances import REFEREE
 from gaitopt.view.animation import frames, pressure
 from gaitopt.view.figures import make_figure
 from gaitopt.view.page import page_text
 
 NAME = "upright, double support"
-MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 
 @pytest.fixture(scope="module")
@@ -62,36 +66,17 @@ def test_it_is_certified(found):
 
 
 def test_the_referee_agrees_and_sees_a_wrong_front_wrench():
-    at = walk(NAME)
-    problem = at.problem.with_grid(proof_grid(at.problem.breaks))
-    step = problem.step(at.x)
-    verdict = ask_referee(problem.robot, step, problem.grid, problem.schedule)
-    assert 0.0 < verdict.worst < REFEREE
-    assert 0.0 < verdict.momentum < MOMENTUM
+    problem, step = check_referee_agrees(walk(NAME).problem, walk(NAME).x)
     wrong = replace(step, double=replace(step.double, front=1.001 * step.double.front))
-    verdict = ask_referee(problem.robot, wrong, problem.grid, problem.schedule)
+    verdict = refereed(problem, wrong)
     assert min(verdict.torque, verdict.wrench) > REFEREE
 
 
 def test_both_feet_keep_their_contacts_at_5001_instants(found):
     """Unilateral, in the friction cone, with the pressure inside the sole, between nodes too."""
-    instants = np.linspace(0.0, 1.0, 5001)
-    problem = found.problem.with_grid(Grid(instants, np.full(5001, 1.0 / 5001), 5001))
-    step = problem.step(found.solution.x)
-    late = instants > problem.schedule.changes[-1]
-    assert late.sum() == 1000
-    margins, sole = problem.task.margins, problem.robot.sole
-    for what, rows in ((quantities.WRENCH, slice(None)), (quantities.FRONT_WRENCH, late)):
-        wrench = step.read(what)[rows]
-        load = wrench[:, 2]
-        assert load.min() > 0.99
-        assert (np.hypot(wrench[:, 0], wrench[:, 1]) / load).max() < margins.friction * (1 + 1e-5)
-        x, y = -wrench[:, 4] / load, wrench[:, 3] / load
-        room = np.minimum.reduce([sole.toe - x, x - sole.heel, sole.left - y, y - sole.right])
-        assert room.min() > margins.cop_margin - 1e-4
-    corners = step.support.corners[late]
-    assert np.abs(corners[:, :, 2]).max() < 1e-12
-    assert np.ptp(corners, axis=0).max() < 1e-12
+    step = check_both_feet_hold(found.problem, found.solution.x)
+    late = step.support.corners[-1000:]
+    assert np.abs(late[:, :, 2]).max() < 1e-12
 
 
 def test_nothing_jumps_at_touch_down_and_lift_off_but_forces(gait):
@@ -120,19 +105,13 @@ def test_trajectory_is_the_step_and_the_next_one_its_mirror_image(found, gait):
     times = np.array([0.1, 0.42, 0.47, 0.49])
     one, two = trajectory.at(times), trajectory.at(times + T)
     assert relative_error(two.torque[:, moving], one.torque[:, moving] @ gait.mirror.T) < 1e-9
-    assert relative_error(two.wrench[:, ::-1], one.wrench * MIRROR) < 1e-9
+    assert relative_error(two.wrench[:, ::-1], one.wrench * FORCE_MIRROR) < 1e-9
     assert two.standing.tolist() == [1] * 4
 
 
 def test_base_moves_as_its_twist_says(gait):
-    trajectory, T, h = gait.trajectory, gait.duration, 1e-5
-    model, times = trajectory.body.model, np.array([0.2, 0.43, 0.46, T + 0.47])  # not at a knot
-    before, at, after = (trajectory.at(times + move) for move in (-h, 0.0, h))
-    for k in range(len(times)):
-        v = pin.difference(model, before.configuration[k], after.configuration[k]) / (2.0 * h)
-        a = (after.velocity[k] - before.velocity[k]) / (2.0 * h)
-        assert relative_error(v, at.velocity[k]) < 1e-6
-        assert relative_error(a, at.acceleration[k]) < 1e-5
+    times = np.array([0.2, 0.43, 0.46, gait.duration + 0.47])
+    check_base_moves_as_its_twist_says(gait.trajectory, times)
 
 
 def test_a_second_engine_signs_with_the_forces_of_both_feet(gait):

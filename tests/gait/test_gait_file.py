@@ -6,13 +6,13 @@ import stat
 import sys
 import zipfile
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from gait_archives import changed, documented, holds_what_is_documented, written
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from places import CASES, DOCS
 from sample_gait import bare_gait, sample_gait
 
 from gaitopt.atomic import write_atomically
@@ -35,8 +35,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import array_names
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
-DOCUMENT = Path(__file__).parents[2] / "docs" / "gait-file.md"
+DOCUMENT = DOCS / "gait-file.md"
 WRITTEN = [member.name for member in MEMBERS]
 
 

@@ -1,13 +1,13 @@
 """Walks on slopes and stairs, judged by laws that know no walk."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 from numerics import relative_error
+from places import CASES
 from synthetic_bipeds import MOVING, SOLE, synthetic
 
 from gaitopt.cli.request import make_request
@@ -37,7 +37,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.sweep.grid import parse_axis
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 SLOPES = (0.1, -0.17)
 STAIRS = (0.12, -0.1)
 GROUNDS = (*({"slope": angle} for angle in SLOPES), *({"stairs": rise} for rise in STAIRS))

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numerics import relative_error
+from walk_checks import FORCE_MIRROR, check_base_moves_as_its_twist_says
 from walks import walk
 
 from gaitopt.contact.schedule import AFTER
@@ -30,7 +31,6 @@ NAMES = (
     "upright, heel strike, toe off, everything free",
     "upright, lifted, heel strike, five joints, soft",
 )
-FORCE_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 
 @pytest.fixture(scope="module", params=NAMES)
@@ -172,14 +172,8 @@ def test_trajectory_is_the_step_and_the_next_one_its_mirror_image(both, gait):
 
 
 def test_base_moves_as_its_twist_says(gait):
-    trajectory, T, h = gait.trajectory, gait.duration, 1e-5
-    model, times = trajectory.body.model, T * np.array([0.05, 0.15, 0.3, 1.07, 1.5])
-    before, at, after = (trajectory.at(times + move) for move in (-h, 0.0, h))
-    for k in range(len(times)):
-        v = pin.difference(model, before.configuration[k], after.configuration[k]) / (2.0 * h)
-        a = (after.velocity[k] - before.velocity[k]) / (2.0 * h)
-        assert relative_error(v, at.velocity[k]) < 1e-6
-        assert relative_error(a, at.acceleration[k]) < 1e-5
+    times = gait.duration * np.array([0.05, 0.15, 0.3, 1.07, 1.5])
+    check_base_moves_as_its_twist_says(gait.trajectory, times)
 
 
 def test_a_second_engine_signs_every_phase_and_the_impact(gait):

@@ -2,11 +2,11 @@
 
 import functools
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numerics import check_differences, steps
+from places import EXAMPLES
 from reference_cases import biped
 
 from gaitopt.actuators.linkages import linkages_from_rows, read_linkages
@@ -22,7 +22,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.linkage import Linkage
 
-RODS = read_linkages(Path(__file__).parents[2] / "examples" / "linkages.toml")
+RODS = read_linkages(EXAMPLES / "linkages.toml")
 RATES = (
     Linkage(
         ("right_ankle_pitch", "right_ankle_roll"), ("inner", "outer"), ((1.0, 0.5), (1.0, -0.5)),

@@ -5,11 +5,11 @@ import pickle
 import subprocess
 import sys
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numerics import check_differences, jacobian_difference, steps
+from places import SWING_HEIGHT
 from walks import walk
 
 from gaitopt.actuators.motors import JointMotor
@@ -23,8 +23,6 @@ from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, task_from_record, task_record
-
-PLUGIN = Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py"
 
 
 @dataclass(frozen=True)
@@ -202,7 +200,7 @@ def test_one_quantity_without_a_comma_is_told():
 
 def test_a_failure_in_a_plugin_has_its_line(robot, tmp_path):
     path = tmp_path / "mine.py"
-    path.write_text(PLUGIN.read_text().replace("self.over_step", "self.over_stp"))
+    path.write_text(SWING_HEIGHT.read_text().replace("self.over_step", "self.over_stp"))
     (line,) = [k for k, one in enumerate(path.read_text().split("\n"), 1) if "over_stp(" in one]
     with pytest.raises(InputError, match=rf"'over_stp' \(line {line} of mine\.py\)"):
         WalkProblem(robot, preset_task(constraints=load_plugin(path).constraints))
@@ -282,7 +280,7 @@ def test_a_margin_that_is_none_switches_its_constraint_off(robot):
 
 
 def test_a_task_with_its_own_comes_back_through_json():
-    plugin = load_plugin(PLUGIN)
+    plugin = load_plugin(SWING_HEIGHT)
     cost = WeightedSum(((TorqueCost({"*_knee": 2.0}), 0.5), (TorqueCost(), 0.5)))
     task = preset_task(constraints=plugin.constraints, low_swing=0.055, cost=cost)
     record = json.loads(json.dumps(task_record(task), allow_nan=False))
@@ -314,7 +312,7 @@ def test_a_task_with_its_own_comes_back_through_json():
 def test_records_of_strangers_are_refused(changes, message):
     record = {**task_record(Task()), **changes}
     with pytest.raises(InputError, match=message):
-        task_from_record(record, load_plugin(PLUGIN).extensions)
+        task_from_record(record, load_plugin(SWING_HEIGHT).extensions)
 
 
 def test_a_file_records_only_what_it_can_hold():
@@ -327,7 +325,7 @@ def test_a_file_records_only_what_it_can_hold():
 
 
 def test_another_process_imports_the_plugin(tmp_path):
-    task = Task(constraints=load_plugin(PLUGIN).constraints)
+    task = Task(constraints=load_plugin(SWING_HEIGHT).constraints)
     assert pickle.loads(pickle.dumps(task)) == task
     path = tmp_path / "task"
     path.write_bytes(pickle.dumps(task))

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numerics import relative_error
+from walk_checks import FORCE_MIRROR, check_base_moves_as_its_twist_says
 from walks import walk
 
 from gaitopt.contact.schedule import AFTER
@@ -21,7 +22,6 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 
 NAMES = ("upright, toe off, everything free", "upright, lifted, toe off, seven joints, waist, arms")
-FORCE_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 
 @pytest.fixture(scope="module", params=NAMES)
@@ -86,14 +86,8 @@ def _homogeneous(points):
 
 def test_base_moves_as_its_twist_says(found):
     trajectory = gait_at(found.problem, found.x, {}).trajectory
-    model, T, h = trajectory.body.model, trajectory.step_duration, 1e-5
-    times = T * np.array([0.1, 0.68, 0.77, 0.93, 1.68, 1.95])  # in either foot's turn
-    before, at, after = (trajectory.at(times + move) for move in (-h, 0.0, h))
-    for k in range(len(times)):
-        v = pin.difference(model, before.configuration[k], after.configuration[k]) / (2.0 * h)
-        a = (after.velocity[k] - before.velocity[k]) / (2.0 * h)
-        assert relative_error(v, at.velocity[k]) < 1e-6
-        assert relative_error(a, at.acceleration[k]) < 1e-5
+    shares = np.array([0.1, 0.68, 0.77, 0.93, 1.68, 1.95])  # in either foot's turn
+    check_base_moves_as_its_twist_says(trajectory, trajectory.step_duration * shares)
 
 
 def test_next_step_is_the_mirror_image_and_lands_flat():

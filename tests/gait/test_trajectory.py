@@ -1,7 +1,6 @@
 """The trajectory against the step's own evaluation, Pinocchio's model of the file, and itself."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -9,10 +8,12 @@ import pinocchio as pin
 import pytest
 from humanoids import add_arms, add_toes, edits, new_root
 from numerics import relative_error
+from places import CASES
 from reference_cases import biped
 from sample_gait import bare_gait, sample_gait
 from synthetic_bipeds import synthetic
 from urdf_edits import edited_urdf
+from walk_checks import FORCE_MIRROR
 from walks import walk
 
 from gaitopt.errors import InputError, RobotError
@@ -25,7 +26,6 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 WALKS = (
     "optimum 43",
     "one posture",
@@ -33,7 +33,6 @@ WALKS = (
     "added instants",
     "lifted, everything free",
 )
-FORCE_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 
 def trajectory_of(problem, x):

@@ -3,13 +3,13 @@
 import json
 import re
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
 from gait_archives import changed, documented, holds_what_is_documented, written
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from places import DOCS
 from transitions import from_rest, to_rest, walk
 
 from gaitopt.design.transition import audit_transition
@@ -27,7 +27,7 @@ from gaitopt.gait.transition_file import (
     transition_members,
 )
 
-DOCUMENT = (Path(__file__).parents[2] / "docs" / "gait-file.md").read_text()
+DOCUMENT = (DOCS / "gait-file.md").read_text()
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,3 @@
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import coal
@@ -7,6 +6,7 @@ import pinocchio as pin
 import pytest
 from motions import bent_posture, kinematics
 from numerics import check_jacobian, relative_error
+from places import CASES
 from reference_cases import biped
 from urdf_edits import edited_urdf, link
 
@@ -16,7 +16,6 @@ from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.model.robot import Robot
 
 COUNT = 3
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 @pytest.fixture

@@ -1,18 +1,16 @@
 """Tables, placements and refusals of the referee's chains."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from paper_chain import chain_of_spec
+from places import REFERENCE
 from random_chains import relative
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError
 from gaitopt.mechanics.mdh_chain import sole_placement
-
-REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"
 
 
 def test_biped13_weighs_what_table_2_says():

@@ -5,17 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given
 from paper_chain import chain_of_spec
 from random_chains import (
+    EXACT,
     pin_model,
     posture,
+    quick,
     random_cloud_chain,
     random_spec,
     relative,
+    rngs,
+    turned_about,
 )
-from scipy.spatial.transform import Rotation
 
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, RobotError
@@ -24,16 +26,7 @@ from gaitopt.mechanics.mdh_chain import SOLE_AXES, JointTable, hat, link_placeme
 from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
 from gaitopt.model.robot import Robot
 
-EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
-
-rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
-quick = settings(max_examples=20, derandomize=True, deadline=None)
-
 X, Y, Z = np.eye(3)
-
-
-def turned_about(axis, angle):
-    return Rotation.from_rotvec(np.asarray(axis) * angle).as_matrix()
 
 
 @quick

@@ -1,15 +1,23 @@
 """The referee's impact against Pinocchio's KKT system, momentum balance and the reference file."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given
 from paper_chain import chain_of_spec
-from random_chains import pin_model, posture, random_cloud_chain, random_spec, relative
+from places import REFERENCE
+from random_chains import (
+    EXACT,
+    pin_model,
+    posture,
+    quick,
+    random_cloud_chain,
+    random_spec,
+    relative,
+    rngs,
+)
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
@@ -27,12 +35,7 @@ from gaitopt.mechanics.newton_euler import (
 )
 from gaitopt.model.robot import Robot
 
-REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"
-EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
 SOLVED = 1e-9  # relative: two linear solves with an inertia matrix of condition 1e5
-
-rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
-quick = settings(max_examples=20, derandomize=True, deadline=None)
 
 
 def kkt(model, frame, q, v):

@@ -2,23 +2,20 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from random_chains import link_matrices, random_cloud_chain, relative
-from scipy.spatial.transform import Rotation
+from hypothesis import given
+from random_chains import (
+    EXACT,
+    link_matrices,
+    quick,
+    random_cloud_chain,
+    relative,
+    rngs,
+    turned_about,
+)
 
 from gaitopt.mechanics.mdh_chain import PARALLEL, link_placements, parameters, transforms
 
-EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
-
-rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
-quick = settings(max_examples=20, derandomize=True, deadline=None)
-
 X, _, Z = np.eye(3)
-
-
-def turned_about(axis, angle):
-    return Rotation.from_rotvec(np.asarray(axis) * angle).as_matrix()
 
 
 @quick

@@ -7,17 +7,20 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given
 from paper_chain import chain_of_spec, zero_moment_point
+from places import REFERENCE
 from random_chains import (
+    EXACT,
     UP,
     centre_of_mass,
     pin_model,
     posture,
+    quick,
     random_cloud_chain,
     random_spec,
     relative,
+    rngs,
     slope,
 )
 
@@ -34,12 +37,7 @@ from gaitopt.mechanics.newton_euler import (
 )
 from gaitopt.model.robot import Robot
 
-REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"
-EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
 DIFFERENCED = 1e-8  # relative: differences of fourth order at a step of 1 ms
-
-rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
-quick = settings(max_examples=20, derandomize=True, deadline=None)
 
 
 def paper_signs(chain):

@@ -1,7 +1,6 @@
 """Damping, friction, springs, rotors, gravity and carried weight, against MuJoCo and each other."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -9,6 +8,7 @@ import pinocchio as pin
 import pytest
 from motions import random_motion
 from numerics import check_jacobian, relative_error
+from places import CASES
 
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
@@ -24,7 +24,6 @@ from gaitopt.mechanics.single_support import (
 from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 COUNT = 4
 FILES = ("mjcf_damping_stiffness.xml", "mjcf_gravity.xml", "mjcf_gravcomp.xml", "everything")
 

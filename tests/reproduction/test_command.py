@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from places import ROOT
 from typer.testing import CliRunner
 
 import gaitopt
@@ -15,8 +16,6 @@ from gaitopt.importers.text_files import parse_toml
 from reproduction.__main__ import main
 from reproduction.figures import REPRODUCTION_FIGURES
 from reproduction.page import PARTS
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_a_directory_that_cannot_be_made_is_refused_before_any_work(tmp_path, capsys):

@@ -3,9 +3,9 @@
 import json
 import re
 from importlib import resources
-from pathlib import Path
 
 import pytest
+from places import DOCS
 
 from gaitopt.importers.text_files import parse_toml
 from reproduction.figures import REPRODUCTION_FIGURES
@@ -13,8 +13,6 @@ from reproduction.identification import UNKNOWNS, identified_values
 from reproduction.page import IMAGES
 from reproduction.paper import printed
 from reproduction.tables import printed_table
-
-DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import astuple, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import DOCS
 
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13, box_inertia
 from gaitopt.catalogue.parameters import (
@@ -132,5 +132,5 @@ def test_a_file_takes_words_and_units(tmp_path) -> None:
 
 
 def test_the_documentation_names_every_parameter() -> None:
-    said = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
+    said = (DOCS / "cli.md").read_text(encoding="utf-8")
     assert [name for name in PARAMETERS if f"`{name}`" not in said] == []

@@ -1,12 +1,12 @@
 """Joints judged by their lines: where on its axis a file puts a joint's origin changes nothing."""
 
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from humanoids import add_arms, add_toes, edits
+from places import CASES
 from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
@@ -15,7 +15,6 @@ from gaitopt.model.leg_capsules import leg_capsules
 from gaitopt.model.legs.kinematic_tree import points_on_lines
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 PARTS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")
 LEGS = [f"{side}_{part}" for side in ("left", "right") for part in PARTS]
 

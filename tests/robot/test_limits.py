@@ -1,15 +1,12 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
 from humanoids import edits
+from places import CASES
 from urdf_edits import edited_urdf, joint, set_limit
 
 from gaitopt.errors import RobotError
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
-
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def both(joint: str, **values: float):

@@ -3,17 +3,17 @@
 import shutil
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 from types import ModuleType
 
 import pytest
+from places import CASES
 from typer.testing import CliRunner
 
 from gaitopt.catalogue.entries import entry_by_name, robot_by_name
 from gaitopt.cli.app import app
 from gaitopt.errors import InputError, MissingExtraError
 
-CASE = Path(__file__).parents[1] / "data" / "cases" / "base_mini.xml"
+CASE = CASES / "base_mini.xml"
 
 
 @dataclass

@@ -11,12 +11,12 @@ from mesh_files import write_stl
 from mjcf_edits import added, at, edited, together
 from mjcf_generator import write_random_mjcf
 from mjcf_oracle import Mapping, compare, mass_matrix, silent, silently_compiled
+from places import CASES
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 SOUND = (
     "b_planar_root_joints", "base_mini", "default_joint_ref", "inertiafromgeom_true",
     "mj_geom_default_pos", "mj_root6", "mjcf_damping_stiffness", "mjcf_frame",

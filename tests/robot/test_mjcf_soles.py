@@ -1,17 +1,17 @@
 """Soles and postures of MJCF files: what MuJoCo lets touch the ground, and its keyframes."""
 
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import mujoco
 import numpy as np
 import pytest
+from places import CASES
 
 from gaitopt.errors import RobotError
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 
-CASE = Path(__file__).parents[1] / "data" / "cases" / "mj_geom_default_pos.xml"
+CASE = CASES / "mj_geom_default_pos.xml"
 
 
 def drop(robot):

@@ -1,10 +1,10 @@
 """What of a description's physics counts, what can be left out, and how it is told."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import CASES
 
 from gaitopt.catalogue.entries import catalogue, description, entry_by_name
 from gaitopt.cli.request import robot_source
@@ -22,7 +22,6 @@ from gaitopt.model.importer import import_robot
 from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 URDF = CASES / "urdf_damping_friction.urdf"
 LINKS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")
 

@@ -1,17 +1,15 @@
 """Robots and soles in wrong units: each is told with its value and what is plausible."""
 
 import re
-from pathlib import Path
 
 import pytest
+from places import CASES
 from urdf_edits import edited_urdf
 
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
-
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def scaled(lengths=1.0, masses=1.0, inertias=1.0):

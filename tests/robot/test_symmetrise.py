@@ -1,5 +1,4 @@
 import re
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -9,6 +8,7 @@ from humanoids import add_joint, add_link, edits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pelvis_rooted import reading_of
+from places import CASES
 from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.errors import RobotError
@@ -20,8 +20,6 @@ from gaitopt.model.reroot import lock_upper_body, reroot
 from gaitopt.model.robot import Robot
 from gaitopt.model.symmetry.averaging import mirrored
 from gaitopt.model.symmetry.leg_exchange import exchange_error
-
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 quick = settings(deadline=None, derandomize=True, max_examples=25)
 

@@ -13,13 +13,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, settings
+from places import ROOT
 from robot.strategies import biped_specs
 
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import LEG_LINKS, SIDES, urdf_text
 
-ROOT = Path(__file__).resolve().parents[2]
 LEG = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")
 AXES = dict(zip(LEG, ("Z", "X", "Y", "Y", "Y", "X"), strict=True))
 # A biped in which every length differs and the legs stand outboard of the hips.

@@ -1,7 +1,6 @@
 """Models of URDFs beside those of Pinocchio's loader, MuJoCo and yourdfpy."""
 
 import io
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -9,6 +8,7 @@ import pinocchio as pin
 import pytest
 import yourdfpy
 from example_robots import BIPEDS, example_robot, needs_example_robots
+from places import CASES
 from urdf_edits import edited_urdf, joint
 
 from gaitopt import biped13, urdf_text
@@ -17,7 +17,6 @@ from gaitopt.importers.urdf_document import describe
 from gaitopt.importers.urdf_model import build_model
 from gaitopt.importers.xml_document import parse_xml
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 OWN = {
     "biped13": urdf_text(biped13()),
     "base_mini": (CASES / "base_mini.urdf").read_text(encoding="utf-8"),

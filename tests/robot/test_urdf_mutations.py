@@ -1,10 +1,9 @@
 """URDFs damaged at random: read to the last digit, or refused; never another robot."""
 
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
+from places import CASES
 from urdf_mutations import mutate_urdf
 from urdf_oracle import differences_from_text
 
@@ -12,7 +11,6 @@ from gaitopt import biped13, urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 MUTATIONS = 45  # of each: 180 in all; a fuzzer takes `mutate_urdf` for more
 TEXTS = {
     "biped13": urdf_text(biped13()),

@@ -1,19 +1,18 @@
 """Numbers of a URDF: one grammar, to the last digit, in every place where one stands."""
 
 import re
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from places import CASES
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.importers.xml_document import as_number, as_numbers
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 MEANT = {
     "40.55": 40.55, "40.55 ": 40.55, " 40.55": 40.55, "40.55\t": 40.55, "\n40.55\r\n": 40.55,
     "+40.55": 40.55, ".5": 0.5, "5.": 5.0, "4055e-2": 40.55, "0.4055E+02": 40.55,

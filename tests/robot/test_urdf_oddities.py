@@ -1,12 +1,12 @@
 """What is odd in a URDF: refused by line where motion depends on it, told where it does not."""
 
 import re
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from places import CASES
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
@@ -15,7 +15,6 @@ from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 COLLISION, VISUAL = pin.GeometryType.COLLISION, pin.GeometryType.VISUAL
 
 

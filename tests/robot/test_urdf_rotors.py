@@ -1,17 +1,16 @@
 """Rotor inertia and reduction, as ROS, Drake and others write them."""
 
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from places import CASES
 from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.model.robot import Robot
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 INERTIA, REDUCTION = 3e-5, 41.0
 
 

@@ -1,7 +1,6 @@
 """The MuJoCo model of a gait's robot, and inverse dynamics with it, against Pinocchio's numbers."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -9,6 +8,7 @@ import pinocchio as pin
 import pytest
 from humanoids import add_arms, edits, new_root
 from numerics import relative_error
+from places import CASES
 from sample_gait import sample_gait
 from urdf_edits import edited_urdf
 
@@ -24,8 +24,6 @@ from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import second_engine
-
-CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def passive():

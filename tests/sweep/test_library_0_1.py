@@ -3,9 +3,9 @@
 import json
 import random
 import shutil
-from pathlib import Path
 
 import pytest
+from places import LIBRARY_0_1
 from sweeps import QUICK, Counting, damage, quick_task
 from typer.testing import CliRunner
 
@@ -17,7 +17,6 @@ from gaitopt.sweep.library import MISSING, open_library
 from gaitopt.sweep.manifest import robot_source_of
 from gaitopt.sweep.scheduler import sweep
 
-WRITTEN = Path(__file__).parents[1] / "data" / "library_0.1"
 COSTS = [2574.5958457175575, 3153.8590877184733, 3787.2456625949144]
 AXIS = Axis("speed", (0.95, 1.0, 1.05))
 
@@ -25,12 +24,12 @@ AXIS = Axis("speed", (0.95, 1.0, 1.05))
 @pytest.fixture(scope="module")
 def robot():
     """The robot of the library, whatever the generator makes of its specification today."""
-    return robot_source_of(WRITTEN, open_library(WRITTEN).record).build()
+    return robot_source_of(LIBRARY_0_1, open_library(LIBRARY_0_1).record).build()
 
 
 @pytest.fixture
 def old(tmp_path):
-    return shutil.copytree(WRITTEN, tmp_path / "lib")
+    return shutil.copytree(LIBRARY_0_1, tmp_path / "lib")
 
 
 def run(*words):

@@ -1,10 +1,10 @@
 """Sweeps over gear ratios and the figures of motors."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import EXAMPLES
 from sweeps import QUICK, quick_task
 
 from gaitopt.actuators.motors import motor_table_of, read_motors
@@ -22,7 +22,7 @@ from gaitopt.sweep.library import open_library
 from gaitopt.sweep.scenario import RobotSource
 from gaitopt.sweep.scheduler import sweep
 
-TABLE = read_motors(Path(__file__).parents[2] / "examples" / "motors.toml")
+TABLE = read_motors(EXAMPLES / "motors.toml")
 RATIOS = (7.5, 8.0)
 
 

@@ -1,9 +1,9 @@
 import re
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from places import SWING_HEIGHT
 
 from gaitopt.errors import InputError
 from gaitopt.gait.parameters import FOOT_YAW, TRUNK_PITCH
@@ -103,7 +103,7 @@ def test_a_unit_of_another_dimension_is_refused():
 
 
 def test_margins_of_constraints_of_ones_own_are_swept_by_a_prefix():
-    plugin = load_plugin(Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py")
+    plugin = load_plugin(SWING_HEIGHT)
     task = preset_task(constraints=plugin.constraints)
     axis = parse_axis("own.low_swing", "0.05,0.06")
     changed = with_values(task, [(axis.name, axis.values[1]), ("friction", 0.6)])

@@ -2,13 +2,11 @@
 
 import json
 import re
-from pathlib import Path
 
 import pytest
+from places import DOCS
 
 import gaitopt
-
-DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_links_of_the_page_about_robots_exist():
