@@ -19,6 +19,7 @@ from gaitopt.actuators.motors import MOTORS, MotorTable, read_motors
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, write_spec
+from gaitopt.cli.command_options import CodesignOptions
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.display import screen
 from gaitopt.cli.process import ExitCode, StopRequest, stop_on_interrupt
@@ -60,34 +61,17 @@ _ANOTHER_ROBOT = ("robot", "urdf", "spec", "set", "choices", "motors")
 _FORMAT = 1
 
 
-def run(
-    given: Settings,
-    *,
-    config: Path | None,
-    directory: Path,
-    vary: Sequence[str],
-    keep_leg: bool,
-    speeds: str | None,
-    walks: Sequence[str],
-    quiet: bool,
-) -> None:
+def run(given: Settings, asked: CodesignOptions) -> None:
     """Choose numbers of the robot, and write robot, walks and report.
-
-    Args:
-        given: options of the command line.
-        config: configuration file, if any.
-        directory: of the results; one that holds trials of the same study goes on.
-        vary: NAME=LOWER:UPPER texts.
-        keep_leg: whether shin and thigh together stay.
-        speeds: of the walks, as a range.
-        walks: "KEY=VALUE ..." texts, each a walk.
-        quiet: whether to print nothing but errors.
 
     Raises:
         GaitoptError: bad input, no walk, or a file cannot be written.
     """
+    directory, quiet = asked.output, asked.quiet
     require_writable(directory)
-    study, base = study_of(given, config, vary, keep_leg, speeds, walks)
+    study, base = study_of(
+        given, asked.config, asked.vary, asked.keep_leg, asked.speeds, asked.walk
+    )
     options, starts = base.options, base.starts
     out = screen()
     record = {"format": _FORMAT, **study_record(study)}

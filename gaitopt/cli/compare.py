@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.atomic import write_atomically
+from gaitopt.cli.command_options import CompareOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ABSENT, WIDTH, ProgressDisplay, new_table, screen, warn
 from gaitopt.cli.process import ExitCode, stop_on_interrupt
@@ -31,22 +32,17 @@ RECORD, FIGURE = "comparison.json", "convergence.png"
 OPTIONS = ("tolerance", "max_iterations", "qp_solver")
 
 
-def run(given: Settings, config: Path | None, output: Path | None, quiet: bool) -> None:
+def run(given: Settings, asked: CompareOptions) -> None:
     """Compare solvers; print a table, write the figure and the record.
-
-    Args:
-        given: options of the command line.
-        config: configuration file, if any.
-        output: directory to write, if any.
-        quiet: whether to print errors only.
 
     Raises:
         GaitoptError: bad input, or a solver is not installed.
         typer.Exit: Ctrl-C was pressed, or no solver found a walk.
     """
+    output, quiet = asked.output, asked.quiet
     if output is not None:
         require_writable(output)
-    request = make_request({k: v for k, v in given.items() if k != "solvers"}, config)
+    request = make_request({k: v for k, v in given.items() if k != "solvers"}, asked.config)
     solvers = [_solver(name, request.settings) for name in _names(given.get("solvers"))]
     errors, out = screen(stderr=True), screen()
     if not quiet:

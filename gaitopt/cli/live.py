@@ -13,6 +13,7 @@ import numpy as np
 import typer
 
 from gaitopt.bounds import shown
+from gaitopt.cli.command_options import LiveOptions
 from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, make_request, make_robot, make_task
 from gaitopt.cli.results import require_writable, write_results
@@ -235,29 +236,22 @@ class LiveWalk:
         )
 
 
-def run_live(
-    settings: Settings,
-    config: Path | None,
-    output: Path,
-    host: str | None,
-    port: int | None,
-    stay: bool,
-) -> None:
+def run_live(settings: Settings, asked: LiveOptions) -> None:
     """Serve the page until it is closed, or Ctrl-C.
 
     Raises:
         GaitoptError: there is no first walk, or it cannot be served.
     """
-    require_writable(output)
-    session = LiveWalk(settings, config, output)
-    host = LOCAL if host is None else host
+    require_writable(asked.output)
+    session = LiveWalk(settings, asked.config, asked.output)
+    host = LOCAL if asked.host is None else asked.host
 
     def ready(url: str) -> None:
         if not is_local(host):
             typer.echo("note: other machines can reach this page too", err=True)
         typer.echo(f"live at {url} (Ctrl-C or closing the page ends it)")
 
-    serve(session, host, port, on_ready=ready, stay=stay)
+    serve(session, host, asked.port, on_ready=ready, stay=asked.stay)
 
 
 def _sliders(request: Request) -> Iterator[Slider]:

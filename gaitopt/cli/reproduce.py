@@ -9,18 +9,14 @@ from pathlib import Path
 import typer
 
 import gaitopt
+from gaitopt.cli.command_options import ReproduceOptions
 from gaitopt.errors import InputError
 
 FOLDER = "reproduction"
 
 
-def run(output: Path, only: str | None, quiet: bool) -> None:
+def run(asked: ReproduceOptions) -> None:
     """Run `python -m reproduction` of the checkout from which gaitopt is imported.
-
-    Args:
-        output: directory to write.
-        only: parts, as "table3,fig7"; None for everything.
-        quiet: whether to print errors only.
 
     Raises:
         InputError: gaitopt is installed without its sources.
@@ -34,6 +30,6 @@ def run(output: Path, only: str | None, quiet: bool) -> None:
         )
     sys.path.insert(0, str(sources))
     command = importlib.import_module(f"{FOLDER}.__main__")
-    arguments = ["--output", str(output), *(["--quiet"] if quiet else [])]
-    if code := command.main([*arguments, *([] if only is None else ["--only", only])]):
+    arguments = ["--output", str(asked.output), *(["--quiet"] if asked.quiet else [])]
+    if code := command.main([*arguments, *([] if asked.only is None else ["--only", asked.only])]):
         raise typer.Exit(code)

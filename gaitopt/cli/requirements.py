@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.table import Table
 
 from gaitopt.actuators.motors import MotorTable, read_motors
+from gaitopt.cli.command_options import RequirementsOptions
 from gaitopt.cli.display import ABSENT, new_table, screen
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
@@ -53,26 +54,14 @@ _TITLE = "What each motor must deliver over a stride, at its joint or at the cra
 _ZERO = 1e-9  # of any unit: nothing to compare with
 
 
-def run(
-    paths: Sequence[Path],
-    against: Sequence[Path],
-    output: Path | None,
-    figure: Path | None,
-    motors: Path | None,
-) -> None:
+def run(asked: RequirementsOptions) -> None:
     """Print requirements on motors, compare those of two designs, write and draw them.
-
-    Args:
-        paths: gait files and libraries of a design.
-        against: those of another one, if any.
-        output: file for the table, if any.
-        figure: file for the picture, if any.
-        motors: table of motors and gears, if any.
 
     Raises:
         GaitoptError: a gait cannot be read, gaits do not belong together, or a file cannot be
             written.
     """
+    output, figure = asked.output, asked.figure
     require_files((output, "--output"), (figure, "--figure"))
     if output is not None:
         check_suffix(output)
@@ -80,8 +69,8 @@ def run(
         from gaitopt.view.figure_style import kind_of
 
         kind_of(figure)
-    table = None if motors is None else read_motors(motors)
-    loops, other = _loops(paths, table), _loops(against, table)
+    table = None if asked.motors is None else read_motors(asked.motors)
+    loops, other = _loops(asked.gait, table), _loops(asked.against, table)
     out = screen()
     width = min(out.width, WIDTH)
     each = requirements_of(loops)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 
 import typer
 from rich.console import Console
@@ -16,6 +15,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, CatalogueEntry, catalogue, humanoids
 from gaitopt.catalogue.parameters import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.cli.command_options import InspectOptions, UrdfOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import WIDTH, new_table, screen
 from gaitopt.cli.process import ExitCode, print_error
@@ -33,18 +33,14 @@ _LEAST = 12  # columns of a name
 _GAP = 2  # columns between two cells
 
 
-def inspect(settings: Settings, html: Path | None, write_choices: Path | None) -> None:
+def inspect(settings: Settings, asked: InspectOptions) -> None:
     """Inspect a robot, print what came out, and write it if asked.
-
-    Args:
-        settings: which robot.
-        html: page to write, if any.
-        write_choices: file of choices to write, if any.
 
     Raises:
         InputError: a file cannot be read or written.
         typer.Exit: the robot cannot be used.
     """
+    html, write_choices = asked.html, asked.write_choices
     require_files((html, "--html"), (write_choices, "--write-choices"))
     source, choices = robot_source(settings)
     found = inspect_robot(source, choices, robot_origin(settings))
@@ -157,18 +153,13 @@ def _where(entry: CatalogueEntry) -> Text:
     return Text(f"{entry.package}, not installed", style="yellow")
 
 
-def write_biped(settings: Settings, output: Path | None, new_spec: Path | None) -> None:
+def write_biped(settings: Settings, asked: UrdfOptions) -> None:
     """Write the URDF of a specification, or the specification itself.
-
-    Args:
-        settings: which specification, and changes to it.
-        output: file for the URDF, if any.
-        new_spec: file for the specification, if any.
 
     Raises:
         GaitoptError: the specification is not that of a biped, or a file cannot be written.
     """
-    spec = biped_spec(settings) or biped13()
+    spec, new_spec, output = biped_spec(settings) or biped13(), asked.write_spec, asked.output
     if new_spec is not None:
         write_spec(spec, new_spec)
         typer.echo(f"wrote {new_spec}; edit it, then: gaitopt optimise --spec {new_spec}")

@@ -12,6 +12,7 @@ from pathlib import Path
 from rich.table import Table
 
 from gaitopt.atomic import write_atomically
+from gaitopt.cli.command_options import SensitivityOptions
 from gaitopt.cli.display import ABSENT, NARROW, new_table, screen, warn
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
@@ -33,26 +34,21 @@ _READABLE = {"m": (100.0, "cm"), "rad": (57.29577951308232, "°"), "s": (1000.0,
 _NONE = 5e-6  # share of the cost that is shown as 0.00 %
 
 
-def run(gait: Path, plugin: Path | None, most: int | None, output: Path | None) -> None:
+def run(asked: SensitivityOptions) -> None:
     """Print the sensitivities of a gait, and write all of them.
-
-    Args:
-        gait: its file.
-        plugin: with its own constraints or cost, if any.
-        most: lines of the table.
-        output: .csv for all of them, if any.
 
     Raises:
         GaitoptError: the gait cannot be read or is not optimal, or the file cannot be written.
         InputError: fewer than one line, or an output that is no table.
     """
+    most, output = asked.most, asked.output
     if most is not None and most < 1:
         raise InputError(f"--most is {most}; show at least 1 line")
     require_files((output, "--output"))
     if output is not None and output.suffix.lower() != ".csv":
         raise InputError(f"'{output}' is no table; give a name that ends in .csv")
-    known = () if plugin is None else load_plugin(plugin).extensions
-    loaded = load_gait(gait)
+    known = () if asked.plugin is None else load_plugin(asked.plugin).extensions
+    loaded = load_gait(asked.gait)
     report = report_of(loaded, known)
     out = screen()
     print_findings_of(screen(stderr=True), loaded)

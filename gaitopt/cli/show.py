@@ -7,6 +7,7 @@ from pathlib import Path
 
 import typer
 
+from gaitopt.cli.command_options import PlayOptions, PlotOptions
 from gaitopt.cli.display import screen
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.request import require_directories
@@ -18,14 +19,7 @@ from gaitopt.gait.transition_file import load
 from gaitopt.view.animation import DEFAULT_STEPS
 
 
-def run_play(
-    path: Path,
-    html: Path | None,
-    steps: int | None,
-    package_dirs: tuple[str, ...] = (),
-    host: str | None = None,
-    port: int | None = None,
-) -> None:
+def run_play(asked: PlayOptions) -> None:
     """Show a gait or a transition in the browser until Ctrl-C, or write it as a page.
 
     Raises:
@@ -36,9 +30,11 @@ def run_play(
     from gaitopt.view.player import play
     from gaitopt.view.viewer import LOCAL, is_local
 
-    if html is not None and (host is not None or port is not None):
+    path, html, steps, host = asked.gait, asked.html, asked.steps, asked.host
+    if html is not None and (host is not None or asked.port is not None):
         raise InputError("a page is a file: --html goes with neither --host nor --port")
-    require_directories(map(Path, package_dirs))
+    require_directories(asked.package_dir)
+    package_dirs = tuple(map(str, asked.package_dir))
     gait = loaded_motion(path)
     if steps is not None and isinstance(gait, Transition):
         raise InputError(
@@ -49,7 +45,7 @@ def run_play(
         typer.echo(f"wrote {write_page(gait, html, count, package_dirs)}")
         return
     host = LOCAL if host is None else host
-    with play(gait, count, package_dirs=package_dirs, host=host, port=port) as player:
+    with play(gait, count, package_dirs=package_dirs, host=host, port=asked.port) as player:
         if not is_local(host):
             typer.echo("note: other machines can reach this page too", err=True)
         if player.note:
@@ -59,7 +55,7 @@ def run_play(
         player.wait()
 
 
-def run_plot(path: Path, output: Path | None, formats: list[str] | None) -> None:
+def run_plot(asked: PlotOptions) -> None:
     """Draw the figures of a gait or a transition.
 
     Raises:
@@ -67,9 +63,8 @@ def run_plot(path: Path, output: Path | None, formats: list[str] | None) -> None
     """
     from gaitopt.view.figures import write_figures
 
-    gait = loaded_motion(path)
-    directory = path.parent / "figures" if output is None else output
-    for figure in write_figures(gait, directory, tuple(formats or ("png",))):
+    directory = asked.gait.parent / "figures" if asked.output is None else asked.output
+    for figure in write_figures(loaded_motion(asked.gait), directory, asked.format or ("png",)):
         typer.echo(f"wrote {figure}")
 
 

@@ -6,13 +6,13 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import typer
 from rich.table import Table
 
 from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.cli.command_options import SimulateOptions
 from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of
@@ -40,34 +40,15 @@ CONTROLLERS: dict[str, Callable[[], MakeController]] = {
 """What returns the makers of the controllers that can be asked for, by name."""
 
 
-def run(
-    path: Path,
-    steps: int,
-    controller: str,
-    friction: float,
-    thorough: bool,
-    output: Path | None,
-    page: Path | None,
-    video: Path | None,
-    quiet: bool,
-) -> None:
+def run(asked: SimulateOptions) -> None:
     """Walk a gait, print the report, write its numbers.
-
-    Args:
-        path: gait file.
-        steps: how many to walk.
-        controller: one of `CONTROLLERS`.
-        friction: coefficient of the ground.
-        thorough: whether to try all disturbances, not four of them.
-        output: directory for the numbers as JSON, if any.
-        page, video: files that show the walk beside the designed one, if any.
-        quiet: whether to print errors only.
 
     Raises:
         GaitoptError: the gait cannot be read or simulated, or the file not be written.
         typer.Exit: the robot fell, or the second engine differs.
         InputError: an unknown controller, or a friction that is not above 0.
     """
+    output, page, video, controller = asked.output, asked.page, asked.video, asked.controller
     if output is not None:
         require_writable(output)
     require_views(page, video)
@@ -75,12 +56,14 @@ def run(
         raise InputError(
             f"--controller {controller} is unknown; choose one of {', '.join(CONTROLLERS)}"
         )
-    if not 0.0 < friction < math.inf:
-        raise InputError(f"--friction {friction:g}: it must be above 0")
-    gait = load_gait(path)
+    if not 0.0 < asked.friction < math.inf:
+        raise InputError(f"--friction {asked.friction:g}: it must be above 0")
+    gait = load_gait(asked.gait)
     print_findings_of(screen(stderr=True), gait)
     seen = page is not None or video is not None
-    options = WalkOptions(steps=steps, friction=friction, frames=FRAMES if seen else 0.0)
+    options = WalkOptions(
+        steps=asked.steps, friction=asked.friction, frames=FRAMES if seen else 0.0
+    )
     make = CONTROLLERS[controller]()
     walk = simulate(gait, options, make)
     engine, points = second_engine(gait), weak_points(gait)
@@ -90,8 +73,8 @@ def run(
         orbit = None
     tried = None
     if walk.walked:
-        tell = _progress(quiet)
-        tried = battery(gait, options, make, thorough=thorough, on_progress=tell)
+        tell = _progress(asked.quiet)
+        tried = battery(gait, options, make, thorough=asked.thorough, on_progress=tell)
         tell("")
     report = Report(gait, walk, engine, points, orbit, tried, controller, options)
     if output is not None:
@@ -99,13 +82,13 @@ def run(
         text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
         make_directory(output)
         write_atomically(output / SUMMARY, text.encode())
-    if not quiet:
+    if not asked.quiet:
         _print_report(report)
         if output is not None:
             typer.echo(f"wrote {output / SUMMARY}")
     if seen:
         for path in write_views(gait, replays(gait, walk, tried), _tables(report), page, video):
-            if not quiet:
+            if not asked.quiet:
                 typer.echo(f"wrote {path}")
     if not walk.walked or not engine.agrees:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import tomli_w
 
 from gaitopt.actuators.motors import Motor, MotorTable, motors_of
 from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.cli.command_options import SizeOptions
 from gaitopt.cli.display import NARROW, new_table, screen
 from gaitopt.cli.process import stop_on_interrupt
 from gaitopt.cli.requirements import gaits_of
@@ -25,29 +24,20 @@ MOTORS = "motors.toml"
 _MOST_RESERVE = 10.0
 
 
-def run(
-    paths: Sequence[Path], catalogue: Path, aim: str, reserve: float | None, directory: Path
-) -> None:
+def run(asked: SizeOptions) -> None:
     """Choose motors, design the gaits again with them, and write both.
-
-    Args:
-        paths: gait files and libraries.
-        catalogue: file of motors and gears.
-        aim: what is to be least, "mass" or "loss".
-        reserve: over what the gaits ask; None for the usual one.
-        directory: of the results.
 
     Raises:
         InputError: bad input, no motor serves, or a file cannot be written.
         GaitFileError: a gait cannot be read.
         SpecError: the catalogue cannot be used.
     """
-    reserve = RESERVE if reserve is None else reserve
+    directory, reserve = asked.output, RESERVE if asked.reserve is None else asked.reserve
     if not 1.0 <= reserve <= _MOST_RESERVE:
         raise InputError(f"--reserve is {reserve:g}; give 1 (none) to {_MOST_RESERVE:g}")
     require_writable(directory)
-    known = read_catalogue(catalogue)
-    gaits = gaits_of(paths)
+    known = read_catalogue(asked.catalogue)
+    gaits = gaits_of(asked.gait)
     out = screen()
 
     def told(choices: tuple[Choice, ...]) -> None:
@@ -58,7 +48,7 @@ def run(
 
     with stop_on_interrupt() as stop, small_matrices():
         found = size(
-            gaits, known, DesignOptions(), aim=aim, reserve=reserve, on_round=told, stop=stop
+            gaits, known, DesignOptions(), aim=asked.aim, reserve=reserve, on_round=told, stop=stop
         )
     table = new_table(
         "Motors and gears that serve all gaits", "joints", "motor", ">ratio", ">peak\n%",

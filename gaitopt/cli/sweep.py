@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 
 from gaitopt.actuators.motors import MotorTable, read_motors
 from gaitopt.bounds import WORKERS, at_most
+from gaitopt.cli.command_options import SweepOptions
 from gaitopt.cli.config import SCHEMA, SWEEP, Settings, read_config
 from gaitopt.cli.display import screen
 from gaitopt.cli.library import library_table
@@ -44,19 +45,14 @@ PERIOD = 10.0  # s between two plain lines of progress
 FINISHING = 3  # times the work of exploring a point
 
 
-def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> None:
+def run(given: Settings, asked: SweepOptions) -> None:
     """Sweep; leave with the exit code the worst point deserves.
-
-    Args:
-        given: options of the command line.
-        directory: of the gait library.
-        config: configuration file, if any.
-        quiet: whether to print errors only.
 
     Raises:
         GaitoptError: bad input, or the directory cannot be written.
         typer.Exit: interrupted, or not every gait is certified.
     """
+    directory, config, quiet = asked.output, asked.config, asked.quiet
     if config is not None:
         given = {**_of_file(config, given), **given}
     axes = _axes(given)

@@ -1,0 +1,338 @@
+"""What each command takes beside the settings: every option once, with its default and its help."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from gaitopt.settings import entry
+
+ASKED, METHOD, RESULTS = "What is asked", "Method", "Results"
+DESIGN = "Design"
+"""Headings of the help."""
+
+_CONFIG = "TOML file with any of these options; the command line wins."
+_PLUGIN = "Python file with its own constraints, cost or terrain; it is run."
+_QUIET = "Print nothing but errors."
+_GAIT = "The file of a gait or a transition, .npz."
+
+
+@dataclass(frozen=True)
+class OptimiseOptions:
+    """Of `gaitopt optimise`, beside all settings."""
+
+    fastest: bool = entry(False, "Search the fastest walk, from this speed up.", panel=ASKED)
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    output: Path | None = entry(
+        None,
+        "Directory for gait, page and tables.",
+        metavar="DIR",
+        short="-o",
+        panel=RESULTS,
+    )
+    page: bool = entry(True, "Write the walking robot.", panel=RESULTS)
+    figures: bool = entry(
+        False,
+        "Write the figures of the gait; its page has the curves, gaitopt plot draws them later.",
+        panel=RESULTS,
+        negatable=True,
+    )
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """Of `gaitopt sweep`, beside the settings."""
+
+    output: Path = entry(
+        ..., "Gait library; one that exists goes on.", metavar="DIR", short="-o", panel="Sweep"
+    )
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
+
+
+@dataclass(frozen=True)
+class CompareOptions:
+    """Of `gaitopt compare`, beside the settings."""
+
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    output: Path | None = entry(
+        None,
+        "Directory for comparison.json and convergence.png.",
+        metavar="DIR",
+        short="-o",
+        panel=RESULTS,
+    )
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
+
+
+@dataclass(frozen=True)
+class LibraryOptions:
+    """Of `gaitopt library`."""
+
+    directory: tuple[Path, ...] = entry(
+        ..., "A gait library, made by gaitopt sweep, or two to compare.", argument=True,
+        metavar="DIR",
+    )  # fmt: skip
+    where: tuple[str, ...] = entry(
+        (), 'Only gaits of which this is true, as "speed>0.8".', metavar="TEST"
+    )
+    columns: str | None = entry(
+        None, "What to show of the index beside what was swept, as cost,friction_used; 'list' "
+        "tells what there is.", metavar="NAMES",
+    )  # fmt: skip
+    plot: Path | None = entry(
+        None, "Draw cost and peak torques over what was swept: .png, .svg or .pdf."
+    )
+    at: tuple[str, ...] = entry(
+        (), "Design the gait between the stored ones, as speed=0.83.", metavar="NAME=VALUE"
+    )
+    plugin: Path | None = entry(None, _PLUGIN)
+    output: Path | None = entry(None, "Gait file to write the gait of --at to.", short="-o")
+
+
+@dataclass(frozen=True)
+class RequirementsOptions:
+    """Of `gaitopt requirements`."""
+
+    gait: tuple[Path, ...] = entry(
+        ..., "Gait files, .npz, or gait libraries.", argument=True, metavar="GAIT|LIBRARY"
+    )
+    against: tuple[Path, ...] = entry(
+        (), "Gait or library of another design, to compare.", metavar="GAIT|LIBRARY"
+    )
+    motors: Path | None = entry(
+        None, "Motors and gears of the joints, TOML; the table tells the shares of their limits."
+    )
+    output: Path | None = entry(
+        None, "File to write the table to: .csv, .toml or .xlsx.", short="-o"
+    )
+    figure: Path | None = entry(None, "File to draw torque over speed into: .png, .svg or .pdf.")
+
+
+@dataclass(frozen=True)
+class SensitivityOptions:
+    """Of `gaitopt sensitivity`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    plugin: Path | None = entry(None, _PLUGIN)
+    most: int | None = entry(None, "How many lines to show; by default 20.", metavar="N")
+    output: Path | None = entry(None, "Write all of them: .csv.", short="-o", metavar="FILE")
+
+
+@dataclass(frozen=True)
+class SizeOptions:
+    """Of `gaitopt size`."""
+
+    gait: tuple[Path, ...] = entry(
+        ..., "Gait files, .npz, or gait libraries.", argument=True, metavar="GAIT|LIBRARY"
+    )
+    catalogue: Path = entry(..., "Motors and gears to choose from, TOML.")
+    output: Path = entry(
+        ..., "Directory for motors.toml and the gaits designed again.", metavar="DIR", short="-o"
+    )
+    aim: str = entry("mass", "What is to be least.", choices=("mass", "loss"), metavar="WHAT")
+    reserve: float | None = entry(
+        None, "Of torque, heat and voltage, over what the gaits ask; by default 1.1.",
+        metavar="FACTOR",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CodesignOptions:
+    """Of `gaitopt codesign`, beside the settings."""
+
+    output: Path = entry(
+        ..., "Directory for robot, walks and report; trials that are there go on.", metavar="DIR",
+        short="-o", panel=DESIGN,
+    )  # fmt: skip
+    vary: tuple[str, ...] = entry(
+        (), "What to choose: shin=25cm:35cm, motors.knee.ratio=6:12; a third number: the start.",
+        metavar="NAME=LOWER:UPPER", panel=DESIGN,
+    )  # fmt: skip
+    keep_leg: bool = entry(False, "Thigh and shin together stay as long as they are.", panel=DESIGN)
+    speeds: str | None = entry(
+        None, "Speeds of the walks it is for, FIRST:LAST:STEP or a list.", metavar="M/S",
+        panel=DESIGN,
+    )  # fmt: skip
+    walk: tuple[str, ...] = entry(
+        (), "A further walk, as 'speed=0.6 slope=10% payload=5kg@torso weight=2'.",
+        metavar="NAME=VALUE...", panel=DESIGN,
+    )  # fmt: skip
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
+
+
+@dataclass(frozen=True)
+class InspectOptions:
+    """Of `gaitopt inspect`, beside those of robots."""
+
+    html: Path | None = entry(
+        None, "Write a page with the robot standing and these tables.", panel=RESULTS
+    )
+    write_choices: Path | None = entry(
+        None, "Write what was found or guessed, to edit; then --choices FILE.", panel=RESULTS
+    )
+
+
+@dataclass(frozen=True)
+class UrdfOptions:
+    """Of `gaitopt urdf`, beside those of bipeds."""
+
+    output: Path | None = entry(
+        None, "File to write the URDF to; by default the terminal.", short="-o", panel=RESULTS
+    )
+    write_spec: Path | None = entry(
+        None, "File to write the parameter table to instead, to edit.", panel=RESULTS
+    )
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """Of `gaitopt check`."""
+
+    gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
+    plugin: Path | None = entry(None, _PLUGIN)
+
+
+@dataclass(frozen=True)
+class SimulateOptions:
+    """Of `gaitopt simulate`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    steps: int = entry(20, "How many steps to walk.")
+    controller: str = entry(
+        "whole-body", "Feedback that keeps it on its feet: whole-body or joint-pd.", metavar="NAME"
+    )
+    friction: float = entry(0.8, "Coefficient of friction of the simulated ground.", metavar="MU")
+    thorough: bool = entry(
+        False, "Try pushes, masses, ground, friction, delay, rotors, noise and starts."
+    )
+    output: Path | None = entry(
+        None, "Directory to write summary.json to.", short="-o", metavar="DIR"
+    )
+    page: Path | None = entry(
+        None, "Page to write: the walk beside the designed one, with the pushes of --thorough.",
+        metavar="FILE",
+    )  # fmt: skip
+    video: Path | None = entry(
+        None, "The same as a film, .mp4, .webm or .gif; needs ffmpeg.", metavar="FILE"
+    )
+    quiet: bool = entry(False, _QUIET, short="-q")
+
+
+@dataclass(frozen=True)
+class PlayOptions:
+    """Of `gaitopt play`."""
+
+    gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
+    html: Path | None = entry(None, "Write a page instead, complete in one file.")
+    steps: int | None = entry(None, "How many steps to show.")
+    package_dir: tuple[Path, ...] = entry((), "Directory with the packages of the meshes.")
+    host: str | None = entry(
+        None, "Address to listen on; by default 127.0.0.1: this machine alone.", metavar="ADDRESS"
+    )
+    port: int | None = entry(None, "Port to listen on; by default a free one from 7000 on.")
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """Of `gaitopt live`, beside all settings."""
+
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    output: Path = entry(
+        Path("live"), "Directory for walks that are kept.", metavar="DIR", short="-o", panel=RESULTS
+    )
+    host: str | None = entry(
+        None, "Address to listen on; by default 127.0.0.1: this machine alone.",
+        metavar="ADDRESS", panel=RESULTS,
+    )  # fmt: skip
+    port: int | None = entry(
+        None, "Port to listen on; by default a free one from 7000 on.", panel=RESULTS
+    )
+    stay: bool = entry(False, "Go on when the page is closed.", panel=RESULTS)
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """Of `gaitopt plot`."""
+
+    gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
+    output: Path | None = entry(
+        None,
+        "Directory for the figures; by default 'figures' next to the gait.",
+        metavar="DIR",
+        short="-o",
+    )
+    format: tuple[str, ...] = entry(
+        (), "Form of the figures: png (default), svg or pdf.", metavar="KIND"
+    )
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """Of `gaitopt export`."""
+
+    gait: Path = entry(
+        ..., "The file of a gait or a transition, or a gait library, all of which is written.",
+        argument=True, metavar="GAIT",
+    )  # fmt: skip
+    format: str | None = entry(
+        None,
+        "Form: motion, mujoco, pinocchio, csv, g1-csv, bezier, json; mjcf: robot and walk.",
+        metavar="NAME",
+    )
+    rate: float | None = entry(None, "Samples a second; each format has its default.", "Hz")
+    strides: float | None = entry(None, "Strides of two steps; by default 1.", metavar="N")
+    joints: str | None = entry(
+        None,
+        "Order of the joints: gait, mujoco, isaac, g1, or their names joined by commas.",
+        metavar="ORDER",
+    )
+    output: Path | None = entry(
+        None, "File, or directory for a library; without --format the suffix chooses the form: "
+        ".csv, .json, .yaml.", short="-o",
+    )  # fmt: skip
+    both_legs: bool = entry(
+        False, "Without --format: add the mirror image of the step: a whole stride."
+    )
+
+
+@dataclass(frozen=True)
+class TransitionOptions:
+    """Of `gaitopt transition`."""
+
+    begin: str = entry(
+        ..., "What it leads from: a gait file, or 'standing'.", argument=True, metavar="FROM"
+    )
+    finish: str = entry(
+        ..., "What it leads to: a gait file, or 'standing'.", argument=True, metavar="TO"
+    )
+    output: Path = entry(
+        ..., "File to write, .npz: for gaitopt check, play, plot and export.", short="-o"
+    )
+    steps: int = entry(3, "Number of steps between.", metavar="N")
+    duration: str | None = entry(
+        None, "Duration of each step, as 0.4 or 0.3,0.4; by default it is searched.", metavar="S"
+    )
+    shift: float = entry(
+        0.0,
+        "From standing: time in which the weight moves over one foot while both stand; "
+        "searched with the duration of the first step.",
+        "s",
+    )
+    stretch: float = entry(
+        0.96, "Of the legs of a robot that stands: distance of hip and ankle over their length.",
+        metavar="RATIO",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ReproduceOptions:
+    """Of `gaitopt reproduce`."""
+
+    output: Path = entry(
+        ..., "Directory for reproduction.md, figures and numbers.", metavar="DIR", short="-o"
+    )
+    only: str | None = entry(None, "Only some tables and figures, as table3,fig7.", metavar="PARTS")
+    quiet: bool = entry(False, _QUIET, short="-q")
