@@ -14,6 +14,7 @@ from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import rounded
 from gaitopt.errors import SpecError
 from gaitopt.escape import printable
+from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.motor_space import DrivenJoints
@@ -22,7 +23,6 @@ from gaitopt.gait.result import ContactPhase, Gait, Recorded
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
-from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME

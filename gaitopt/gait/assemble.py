@@ -22,12 +22,12 @@ from gaitopt.gait.stride import Steps, Stride
 from gaitopt.gait.task import task_record
 from gaitopt.gait.terrain import Level, ground_record
 from gaitopt.model.arm_capsules import arm_capsule_rows
-from gaitopt.model.import_options import ImportOptions, choices_record
+from gaitopt.model.import_options import ImportOptions, choices_record, matching
 from gaitopt.model.leg_capsules import capsule_rows
-from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
+GRAVITY_KEY = "gravity_m_per_s2"  # of the record of a robot's physics
 _NOWHERE = 1e-12  # m: rounding in a step that does not go that way
 
 
@@ -181,6 +181,57 @@ def robot_record(robot: Robot) -> dict[str, object]:
         "physics": physics_record(robot),
         "sole": {"toe": sole.toe, "heel": sole.heel, "left": sole.left, "right": sole.right},
     }
+
+
+def physics_record(robot: Robot) -> dict[str, object]:
+    """Return what counts beside the rigid bodies, and where it is from, as JSON can hold it.
+
+    Keys of the result: gravity_m_per_s2 (down), gravity_from, carried_weight_N (from outside),
+    without (parts that were left out) and joints: by name, what is not 0 of armature_kg_m2,
+    damping and stiffness (coefficients of the first and higher powers; SI units), friction_Nm and
+    rest_rad, and armature_from.
+    """
+    physics, carried = robot.physics, robot.physics.carried
+    gravity = float(np.linalg.norm(physics.gravity))
+    joints = {name: _joint_physics(robot, row) for row, name in enumerate(robot.tree.names)}
+    return {
+        GRAVITY_KEY: gravity,
+        "gravity_from": "chosen"
+        if robot.choices.gravity is not None
+        else "file"
+        if physics.gravity_stated
+        else "standard",
+        "carried_weight_N": 0.0 if carried is None else gravity * float(carried.mass.sum()),
+        "without": list(robot.choices.without),
+        "joints": {name: facts for name, facts in joints.items() if facts},
+    }
+
+
+def _joint_physics(robot: Robot, row: int) -> dict[str, object]:
+    passive, facts = robot.physics.passive, dict[str, object]()
+    armature = float(robot.model.armature[6 + row])
+    if armature:
+        facts["armature_kg_m2"] = armature
+        facts["armature_from"] = _rotor_origin(robot, robot.tree.names[row])
+    if passive is not None:
+        if passive.damping[row].any():
+            facts["damping"] = passive.damping[row].tolist()
+        if passive.friction[row]:
+            facts["friction_Nm"] = float(passive.friction[row])
+        if passive.stiffness[row].any():
+            facts["stiffness"] = passive.stiffness[row].tolist()
+            facts["rest_rad"] = float(passive.rest[row])
+    return facts
+
+
+def _rotor_origin(robot: Robot, joint: str) -> str:
+    """Return who gave a joint its rotor inertia."""
+    given = [
+        entry
+        for entry in robot.choices.limits
+        if entry.armature is not None and joint in matching(entry.joints, robot.tree.names)
+    ]
+    return (given[-1].source or "chosen") if given else "file"
 
 
 def _choices(problem: WalkProblem) -> ImportOptions:

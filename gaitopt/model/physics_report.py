@@ -1,10 +1,9 @@
-"""What counts of a description's physics: in sentences for a person, and as plain values."""
+"""What counts of a description's physics, in sentences for a person."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -12,12 +11,7 @@ import pinocchio as pin
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.importers.report import Finding, How
 from gaitopt.model.chain_physics import ChainPhysics, fall, gravity_tilt
-from gaitopt.model.import_options import ImportOptions, matching
-
-if TYPE_CHECKING:
-    from gaitopt.model.robot import Robot
-
-GRAVITY_KEY = "gravity_m_per_s2"
+from gaitopt.model.import_options import ImportOptions
 
 NO_ROTORS = (
     "the file gives the joints of the legs no rotor inertia. Motors behind gears have some "
@@ -237,54 +231,3 @@ def _averaged(word: str, off: Mapping[str, float], chain: ChainPhysics) -> Findi
         f"{unit}, and both legs walk with the mean"
     )
     return Finding(topics.get(word, word), ", ".join(off), text, how)
-
-
-def physics_record(robot: Robot) -> dict[str, object]:
-    """Return what counts beside the rigid bodies, and where it is from, as JSON can hold it.
-
-    Keys of the result: gravity_m_per_s2 (down), gravity_from, carried_weight_N (from outside),
-    without (parts that were left out) and joints: by name, what is not 0 of armature_kg_m2,
-    damping and stiffness (coefficients of the first and higher powers; SI units), friction_Nm and
-    rest_rad, and armature_from.
-    """
-    physics, carried = robot.physics, robot.physics.carried
-    gravity = float(np.linalg.norm(physics.gravity))
-    joints = {name: _joint(robot, row) for row, name in enumerate(robot.tree.names)}
-    return {
-        GRAVITY_KEY: gravity,
-        "gravity_from": "chosen"
-        if robot.choices.gravity is not None
-        else "file"
-        if physics.gravity_stated
-        else "standard",
-        "carried_weight_N": 0.0 if carried is None else gravity * float(carried.mass.sum()),
-        "without": list(robot.choices.without),
-        "joints": {name: facts for name, facts in joints.items() if facts},
-    }
-
-
-def _joint(robot: Robot, row: int) -> dict[str, object]:
-    passive, facts = robot.physics.passive, dict[str, object]()
-    armature = float(robot.model.armature[6 + row])
-    if armature:
-        facts["armature_kg_m2"] = armature
-        facts["armature_from"] = _origin(robot, robot.tree.names[row])
-    if passive is not None:
-        if passive.damping[row].any():
-            facts["damping"] = passive.damping[row].tolist()
-        if passive.friction[row]:
-            facts["friction_Nm"] = float(passive.friction[row])
-        if passive.stiffness[row].any():
-            facts["stiffness"] = passive.stiffness[row].tolist()
-            facts["rest_rad"] = float(passive.rest[row])
-    return facts
-
-
-def _origin(robot: Robot, joint: str) -> str:
-    """Return who gave a joint its rotor inertia."""
-    given = [
-        entry
-        for entry in robot.choices.limits
-        if entry.armature is not None and joint in matching(entry.joints, robot.tree.names)
-    ]
-    return (given[-1].source or "chosen") if given else "file"

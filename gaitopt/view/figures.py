@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.design.summary import pair_name, partner
 from gaitopt.errors import InputError
+from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.result import Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.mechanics.spatial import upright
-from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 from gaitopt.view.contacts import contact_colour, contact_words, contacts
 from gaitopt.view.figure_parts import (

@@ -9,6 +9,7 @@ from places import CASES
 from gaitopt.catalogue.entries import catalogue, description, entry_by_name
 from gaitopt.cli.request import robot_source
 from gaitopt.errors import InputError, RobotError
+from gaitopt.gait.assemble import physics_record
 from gaitopt.importers.physics import PARTS, PassiveJoint, Physics, PointMass
 from gaitopt.importers.source import read_source
 from gaitopt.model.import_options import (
@@ -19,7 +20,6 @@ from gaitopt.model.import_options import (
     choices_record,
 )
 from gaitopt.model.importer import import_robot
-from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
 
 URDF = CASES / "urdf_damping_friction.urdf"
