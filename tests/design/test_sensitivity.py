@@ -8,6 +8,7 @@ import pytest
 from changed_robots import changed as changed_robot
 from example_robots import needs_example_robots
 from one_motor import ONE_MOTOR
+from reference_cases import reference_task
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import description, entry_by_name
@@ -67,7 +68,7 @@ class Walk:
 
 @pytest.fixture(scope="module")
 def biped(robot):
-    return Walk(robot, preset_task(speed=1.0, duration=0.4))
+    return Walk(robot, reference_task(speed=1.0, duration=0.4))
 
 
 @pytest.mark.parametrize(
