@@ -56,6 +56,31 @@ def sweep(data: Record) -> str:
     )
 
 
+def workers(data: Record) -> str:
+    """The same sweep by workers that share it."""
+    rows = [
+        (name.replace(", 1", ", one worker").replace(", 2", ", two workers"), f"{wall:.1f}",
+         f"{median(r['cpu'] for r in runs):.1f}", f"{60.0 * 91 / wall:.0f}")
+        for name, runs in data["commands"].items()
+        for wall in [median(r["wall"] for r in runs)]
+    ]  # fmt: skip
+    shares = [
+        (" x ".join(f"{name} {text}" for name, text in one["quantities"].items()),
+         *(f"{seconds:.1f} ({one['seconds']['1'] / seconds:.1f})"
+           for seconds in one["seconds"].values()))
+        for one in data["simulated"]
+    ]  # fmt: skip
+    counts = data["simulated"][0]["seconds"]
+    return (
+        "91 speeds, 0.4 to 1.3 m/s, without torsional friction, which version 0.1 does not know; "
+        "whole commands, medians in turns, on a machine that others used too.\n\n"
+        + table(("command", "s", "CPU s", "gaits a minute"), rows)
+        + "\n\nBy workers in simulated time: a job takes the CPU time that it took alone, the "
+        "sweep itself its own, messages none. Seconds, and how many times sooner than by one.\n\n"
+        + table(("sweep", *(f"{n} workers" for n in counts)), shares)
+    )
+
+
 def grids(data: Record) -> str:
     """Grids of two quantities against single designs."""
     rows = []

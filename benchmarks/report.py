@@ -35,6 +35,7 @@ SECTIONS = (
     ("real_robots", "Real robots", robots_section.real_robots),
     ("public_robots", "Public files as they come", robots_section.public_robots),
     ("sweep", "Sweeps", process_sections.sweep),
+    ("workers", "Workers", process_sections.workers),
     ("grids", "Grids", process_sections.grids),
     ("replanning", "Replanning", live_sections.replanning),
     ("live", "The live page", live_sections.live),

@@ -300,7 +300,7 @@ def _check_names(
 def _check_kinds(kind: type, one: object) -> None:
     for name, wanted in _hints(kind).items():
         value = getattr(one, name, None)
-        if not any(_is_a(value, allowed) for allowed in wanted):
+        if type(value) not in wanted and not any(_is_a(value, allowed) for allowed in wanted):
             said = " or ".join(_SAID.get(allowed, allowed.__name__) for allowed in wanted)
             raise OptionError(f"{kind.__name__}: {name} is {shown(value)}; give {said}")
 

@@ -160,6 +160,8 @@ def exchange(
         problem = sparse.with_grid(sparse.grid.with_instants(np.union1d(instants, beside)))
         solution = solve(problem, Start(x, placed(problem, active)))
         yield problem, solution if near is None else _with_steps(solution, near.steps)
+        if near is not None and near.keeps and np.array_equal(solution.x, near.x):
+            return  # nothing has moved since the limits were looked at
         x, active = solution.x, active_rows(problem, solution.multipliers)
         peaks = () if fine is None else violated_rows(fine, x)
         if not peaks:

@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from traceback import extract_tb
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -102,9 +102,14 @@ def margin(
     )
 
 
-def declared_margins(owner: object) -> dict[str, Margin]:
+def declared_margins(owner: object) -> Mapping[str, Margin]:
     """Return the margins among the fields of a dataclass or of an instance, by name."""
-    found: tuple[Field[Any], ...] = fields(owner) if is_dataclass(owner) else ()
+    return _margins_of(owner if isinstance(owner, type) else type(owner))
+
+
+@lru_cache
+def _margins_of(kind: type) -> Mapping[str, Margin]:
+    found: tuple[Field[Any], ...] = fields(kind) if is_dataclass(kind) else ()
     return {one.name: one.metadata[_KEY] for one in found if _KEY in one.metadata}
 
 
