@@ -158,6 +158,7 @@ class WalkProblem(NLP):
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
         self._last_step: Step | Steps | None = None
         self._last_derivatives: _Derivatives | None = None
+        self._last_point: Point | None = None
 
     @cached_property
     def breaks(self) -> Array:
@@ -248,9 +249,11 @@ class WalkProblem(NLP):
         return Values(step.x, self.cost.value(step), self._row_values(step))
 
     def point(self, x: Array) -> Point:
-        """Return cost, scaled rows and their exact derivatives at x."""
+        """Return cost, scaled rows and their exact derivatives at x (the last ones are kept)."""
         found = self._derivatives(x)
         step, jacobians = found.whole, found.jacobians
+        if self._last_point is not None and self._last_point.x is step.x:
+            return self._last_point
         gradient = np.zeros(self.layout.size)
         for one, weight in self.cost.gradient(step).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
@@ -259,7 +262,9 @@ class WalkProblem(NLP):
             slopes = block.function.chained(block.take(step.values), block.take(jacobians))
             out = jacobian[rows].reshape(slopes.shape)
             np.multiply(slopes, block.per_unit, out=out)
-        return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
+        values = step.x, self.cost.value(step), self._row_values(step)
+        self._last_point = Point(*values, gradient, jacobian)
+        return self._last_point
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""

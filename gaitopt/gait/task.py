@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
@@ -444,7 +444,7 @@ class Task:
         """Unit of the cost: of its cost per metre, or of that per second in place."""
         return per_second(self.cost.unit) if self.in_place else self.cost.unit
 
-    @property
+    @cached_property
     def schedule(self) -> Schedule:
         """Phases and symmetry of the step."""
         landing, leaving = self.heel_strike, self.toe_off
