@@ -275,7 +275,7 @@ class SingleStage(Solver):
     """
 
     def __post_init__(self) -> None:
-        numbers = {name: v for name, v in vars(self).items() if not isinstance(v, str)}
+        numbers = {name: v for name, v in vars(self).items() if not isinstance(v, str | bool)}
         require_positive(self.name, **numbers)
 
     def solve(
