@@ -33,6 +33,22 @@ class InputError(GaitoptError):
     """A value, option or file given by the user cannot be used."""
 
 
+class IdleOptionError(InputError):
+    """An option has no effect where it is given."""
+
+    def __init__(self, given: str, when: str) -> None:
+        """Say so.
+
+        Args:
+            given: the option, its value and unit.
+            when: it acts, as "with --output DIR".
+        """
+        super().__init__(
+            f"{given} has no effect here: it acts only {when}; ask for that, or leave "
+            f"{given.split()[0]} out"
+        )
+
+
 class OptionError(InputError, TypeError):
     """A dataclass of options was given a name it does not have, or a value of another kind."""
 

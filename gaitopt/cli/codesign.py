@@ -22,8 +22,16 @@ from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, wr
 from gaitopt.cli.command_options import CodesignOptions
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.display import screen
+from gaitopt.cli.idle import refuse_idle
 from gaitopt.cli.process import ExitCode, StopRequest, stop_on_interrupt
-from gaitopt.cli.request import Request, biped_spec, choices_text, make_request, make_robot
+from gaitopt.cli.request import (
+    Request,
+    biped_spec,
+    choices_text,
+    make_request,
+    make_robot,
+    make_task,
+)
 from gaitopt.cli.results import require_writable
 from gaitopt.cli.size import MOTORS as MOTOR_FILE
 from gaitopt.cli.size import motors_text
@@ -132,13 +140,16 @@ def study_of(
     Raises:
         InputError: it cannot be read, or the robot is no biped that gaitopt makes.
     """
-    base = make_request(given, config)
+    asked = _asked_walks(speeds, walks)
+    base = make_request(given, config, {name for _, _, own in asked for name in own})
     spec = biped_spec(base.settings) or make_robot(base.settings)
     cases, maker = [], _robot_maker if isinstance(spec, BipedSpec) else _file_robot_maker
     makers = dict[str, Callable[[Mapping[str, float]], Robot]]()
-    for label, weight, own in _asked_walks(speeds, walks):
+    for label, weight, own in asked:
         settings = {**base.settings, **own}
-        task = make_request(settings, None).task
+        robot = make_robot(settings)
+        task = make_task(settings, robot)
+        refuse_idle(own, task, robot)
         of_robot = repr(sorted((k, v) for k, v in own.items() if k in SCHEMA["robot"]))
         if of_robot not in makers:
             makers[of_robot] = maker(settings)

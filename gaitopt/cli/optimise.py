@@ -12,7 +12,14 @@ from rich.console import Console
 
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ProgressDisplay, screen, warn
-from gaitopt.cli.process import ExitCode, StopRequest, print_advice, print_error, stop_on_interrupt
+from gaitopt.cli.process import (
+    ExitCode,
+    StopRequest,
+    print_advice,
+    print_error,
+    refuse_options,
+    stop_on_interrupt,
+)
 from gaitopt.cli.report import print_doubts, print_gait
 from gaitopt.cli.request import Request, make_request
 from gaitopt.cli.results import require_writable, save_elsewhere, write_results
@@ -60,6 +67,8 @@ def run(
     """
     if output is not None:
         require_writable(output)
+    else:
+        refuse_options({"--figures": figures}, "with --output DIR")
     request = make_request(given, config)
     errors, out = screen(stderr=True), screen()
     if not quiet:

@@ -13,7 +13,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import IntEnum
@@ -22,7 +22,7 @@ from typing import NoReturn, TextIO
 
 import typer
 
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import GaitoptError, IdleOptionError, InputError
 from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
 
@@ -65,6 +65,21 @@ def errors_reported(*, robots: bool = True) -> Iterator[None]:
     except KeyboardInterrupt as error:
         print_error("interrupted before it was done; every file that was written is complete")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
+
+
+def refuse_options(given: Mapping[str, object], when: str) -> None:
+    """Check that none of some options is given.
+
+    Args:
+        given: their values, by the options as they were typed.
+        when: they act, as `IdleOptionError` has it.
+
+    Raises:
+        IdleOptionError: one is.
+    """
+    for option, value in given.items():
+        if value:
+            raise IdleOptionError(option, when)
 
 
 def print_advice(lines: Iterable[str]) -> None:

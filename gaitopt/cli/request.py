@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -28,6 +28,7 @@ from gaitopt.cli.config import (
     settings_of,
     with_plugin,
 )
+from gaitopt.cli.idle import refuse_idle, refuse_overruled
 from gaitopt.design.known_walk import parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
@@ -304,18 +305,20 @@ class Request:
     settings: Settings
 
 
-def make_request(given: Settings, config: Path | None) -> Request:
+def make_request(given: Settings, config: Path | None, varied: Collection[str] = ()) -> Request:
     """Return the request of a command line.
 
     Args:
         given: options of the command line, those not given left out.
         config: configuration file, if any; the command line wins.
+        varied: settings that take other values too, as in a sweep.
 
     Raises:
-        InputError: an option, a file or a value cannot be used.
+        InputError: an option, a file or a value cannot be used, or an option has no effect.
         UnreachableError: the step asked for is longer than the legs.
     """
-    settings = _merged({} if config is None else read_config(config, given.get("plugin")), given)
+    file = {} if config is None else read_config(config, given.get("plugin"))
+    settings = _merged(file, given)
     own = {} if (name := settings.get("robot")) is None else entry_by_name(name).task
     usual = HUMANOID if biped_spec(settings) is None else PRESETS[0]
     settings = {"preset": usual, **own, **settings}  # the catalogue proposes a walk
@@ -324,11 +327,11 @@ def make_request(given: Settings, config: Path | None) -> Request:
     task = make_task(settings, robot)
     how = ("differences", "refine", "approach", "toe_begin", "phase_times")
     options = DesignOptions(make_solver(settings), **{n: settings[n] for n in how if n in settings})
-    if options.phase_times == "best" and task.heel_strike is None and task.double_support is None:
-        raise InputError(
-            "phase_times 'best' searches the times of heel_strike and double_support; give one of "
-            "them to begin from, or leave it out"
-        )
+    usually = {one.name: one.default for section in SCHEMA.values() for one in section.values()}
+    unusual = {name: value for name, value in file.items() if value != usually.get(name)}
+    refuse_idle({**unusual, **given}, task, robot, varied)
+    for limits, known in ((file, file), (given, settings)):
+        refuse_overruled(limits.get("limit", ()), known)
     one = any(name in settings for name in ("start", "seed", "sigma"))
     starts = 1 if one and "starts" not in settings else asked.starts
     if starts < 1:
@@ -381,8 +384,13 @@ def make_task(settings: Settings, robot: Robot) -> Task:
 
 
 def _geometry(settings: Settings) -> dict[str, dict[str, float | bool]]:
-    """Return the changes to the geometric quantities; of free and fixed, fixed counts."""
+    """Return the changes to the geometric quantities."""
     asked = settings_of(GeometrySettings, settings)
+    if both := [name for name in asked.free if name in asked.fix]:
+        raise InputError(
+            f"--free {both[0]} and --fix {both[0]}={asked.fix[both[0]]:g} contradict each other; "
+            "give one of the two"
+        )
     for name, value in asked.fix.items():
         if not math.isfinite(value):
             raise InputError(f"{name} cannot be fixed at {value}; give a finite number")

@@ -15,6 +15,7 @@ import tomli_w
 
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.idle import idle
 from gaitopt.cli.request import Request, choices_text
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
@@ -76,7 +77,10 @@ def summary_text(gait: Gait) -> str:
 
 
 def task_text(request: Request, directory: Path) -> str:
-    """Return a configuration that asks for the same again, defaults written out."""
+    """Return a configuration that asks for the same again, defaults written out.
+
+    What has no effect on the walk is left out: it would be refused.
+    """
     task = request.task
     sections: dict[str, Settings] = {
         "task": {
@@ -94,6 +98,9 @@ def task_text(request: Request, directory: Path) -> str:
     solver |= {"refine": request.options.refine, "differences": request.options.differences}
     if "start" in solver:
         solver["start"] = _relative(solver["start"], directory)
+    for section in sections.values():
+        for name in list(idle(section, task, request.robot)):
+            del section[name]
     for table in ("motors", "linkages"):
         if table in request.settings:
             sections["robot"][table] = _relative(request.settings[table], directory)

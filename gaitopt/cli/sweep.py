@@ -234,7 +234,7 @@ def _request(given: Settings, axes: list[Axis], config: Path | None) -> Request:
             )
         if axis.name in (*SCHEMA["task"], *SCHEMA["margins"]):
             settings[axis.name] = axis.values[0]
-    return make_request(settings, config)
+    return make_request(settings, config, [axis.name for axis in axes])
 
 
 def _motors(request: Request, axes: list[Axis]) -> MotorTable | None:

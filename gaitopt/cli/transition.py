@@ -6,12 +6,13 @@ from pathlib import Path
 
 import typer
 
-from gaitopt.cli.process import ExitCode
+from gaitopt.cli.process import ExitCode, refuse_options
 from gaitopt.cli.results import require_files
 from gaitopt.cli.show import loaded
 from gaitopt.design.transition import TransitionDesign, design_transition
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.result import Gait
+from gaitopt.gait.standing import STRETCH
 from gaitopt.gait.transition_file import save_transition
 
 STANDING = "standing"
@@ -49,6 +50,9 @@ def run(
     files = [Path(end) for end in (begin, finish) if end != STANDING]
     if any(output.exists() and one.exists() and output.samefile(one) for one in files):
         raise InputError(f"'{output}' is one of the gaits; give another file to write")
+    if STANDING not in (begin, finish):
+        given = {f"--stretch {stretch:g}": stretch != STRETCH}
+        refuse_options(given, f"where the robot stands, with '{STANDING}' at one end")
     before, after = _end(begin), _end(finish)
     lasts = _durations(duration)
     found = design_transition(

@@ -61,7 +61,8 @@ def export(
     if format is None:
         if given:
             raise InputError(
-                f"{' and '.join(given)} go with a named format; name one, as format 'mujoco'"
+                f"{' and '.join(given)}: only motions of a named format take that; name one, as "
+                "format 'mujoco'"
             )
         return export_step(gait, path, both_legs=both_legs)
     form = form_for(path, format)

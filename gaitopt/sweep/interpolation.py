@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
-from gaitopt.errors import EvaluationError, InputError
+from gaitopt.errors import EvaluationError, InputError, did_you_mean
 from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record
@@ -98,8 +98,12 @@ def interpolate(
 def _corners(library: Library, values: Mapping[str, float]) -> list[Index]:
     """Return the points of the cell around a place, less those that do not matter."""
     names = [axis.name for axis in library.grid.axes]
-    if set(values) != set(names):
-        raise InputError(f"give a value of each of {', '.join(names)}, and of nothing else")
+    for name in [*(n for n in values if n not in names), *(n for n in names if n not in values)]:
+        what = "needs a value of" if name in names else "is not over"
+        raise InputError(
+            f"the library {what} '{name}'; {did_you_mean(name, names)}give a value of each of "
+            f"{', '.join(names)}, and of nothing else"
+        )
     corners: list[Index] = [()]
     for axis in library.grid.axes:
         value, grid = values[axis.name], axis.values

@@ -27,7 +27,7 @@ FILES = {
 CASES = [
     (["--bogus"], "No such option"),
     (["--speed", "nan"], "speed is nan m/s"),
-    (["--phase-times", "best"], "searches the times of heel_strike and double_support; give one"),
+    (["--phase-times", "best"], "it acts only with --heel-strike or --double-support"),
     (["--speed", "inf"], "speed is inf m/s"),
     (["--speed", "quick"], "--speed"),
     (["--duration", "0"], "duration is 0.0 s"),

@@ -297,7 +297,7 @@ def test_json_has_what_the_other_forms_have(armed, tmp_path):
     ("asked", "message"),
     [
         ({"format": "bvh"}, "no format of motions is named 'bvh'; choose motion, mujoco"),
-        ({"rate": 50.0}, "rate go with a named format"),
+        ({"rate": 50.0}, "rate: only motions of a named format"),
         ({"format": "motion", "rate": 0.0}, "a motion has 0 Hz; give a number above 0, to 100000"),
         ({"format": "motion", "rate": float("nan")}, "a motion has nan Hz"),
         ({"format": "motion", "rate": 1e6}, "a motion has 1e.06 Hz"),
