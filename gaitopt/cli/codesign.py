@@ -50,7 +50,7 @@ from gaitopt.design.codesign import (
     with_proportions,
 )
 from gaitopt.design.process import small_matrices
-from gaitopt.errors import GaitFileError, InputError, StoppedError
+from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task, task_record
@@ -238,9 +238,9 @@ def _variable(text: str, spec: BipedSpec | Robot, motors: MotorTable | None) -> 
     known = parameter_name(name) if geared_joints(name) is None else name
     if known is None or not equals:
         raise InputError(
-            f"--vary {text[:80]}: give NAME=LOWER:UPPER, as in --vary shin=25cm:35cm; there are "
-            f"{', '.join(own_values(spec))}, and with --motors the ratios of gears, "
-            f"{MOTORS}{RATIO} or {MOTORS}JOINTS.{RATIO}"
+            f"--vary {text[:80]}: {did_you_mean(name, own_values(spec))}give NAME=LOWER:UPPER, as "
+            f"in --vary shin=25cm:35cm; there are {', '.join(own_values(spec))}, and with "
+            f"--motors the ratios of gears, {MOTORS}{RATIO} or {MOTORS}JOINTS.{RATIO}"
         )
     unit = "" if known == name and geared_joints(name) is not None else PARAMETERS[known].unit
     try:

@@ -12,7 +12,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import shown
-from gaitopt.errors import EvaluationError, GaitoptError, InputError
+from gaitopt.errors import EvaluationError, GaitoptError, InputError, did_you_mean
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     USABLE,
@@ -37,6 +36,7 @@ from gaitopt.gait.constraint import (
 from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
+from gaitopt.model.import_options import matching
 from gaitopt.nlp import Array
 from gaitopt.settings import checked, setting
 
@@ -677,7 +677,9 @@ def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Co
     """
     costs = {one.name: one for one in (*COSTS, *known)}
     if name not in costs:
-        raise InputError(f"there is no cost '{name}'; there are {', '.join(costs)}")
+        raise InputError(
+            f"there is no cost '{name}'; {did_you_mean(name, costs)}there are {', '.join(costs)}"
+        )
     names = _fields_of(costs[name])
     if unknown := set(changes) - set(names):
         raise InputError(
@@ -854,13 +856,14 @@ def joint_weights(robot: Robot, patterns: Mapping[str, float]) -> Array:
     """
     names, weights = robot.joint_names, np.ones(len(robot.joint_names))
     for pattern, weight in patterns.items():
-        fits = [fnmatchcase(name, pattern) for name in names]
-        if not any(fits):
+        fits = matching(pattern, names)
+        if not fits:
             raise InputError(
-                f"the cost weighs '{pattern}', but no joint is called so; there are "
-                f"{', '.join(names)}, and patterns as '*_knee'"
+                f"the cost weighs '{pattern}', but no joint is called so; "
+                f"{did_you_mean(pattern, names)}there are {', '.join(names)}, and patterns as "
+                "'*_knee'"
             )
-        weights[fits] = weight
+        weights[[name in fits for name in names]] = weight
     if not weights.any():
         raise InputError("the cost weighs every joint with zero; give one a weight above 0")
     return np.asarray(0.5 * (weights + np.abs(robot.mirror) @ weights))

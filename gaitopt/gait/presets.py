@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gaitopt.catalogue.biped_spec import biped13
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.constraint import is_finite
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
@@ -67,7 +67,10 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
             or `robust`.
     """
     if preset not in PRESETS:
-        raise InputError(f"preset '{preset}' is unknown; choose one of {', '.join(PRESETS)}")
+        raise InputError(
+            f"preset '{preset}' is unknown; {did_you_mean(preset, PRESETS)}choose one of "
+            f"{', '.join(PRESETS)}"
+        )
     if preset == STANDARD:
         return Task().with_changes(**{**_torsional_friction(robot, changes), **changes})
     if preset == PAPER:

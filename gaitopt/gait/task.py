@@ -16,7 +16,7 @@ from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
 from gaitopt.contact.toe_line import ToeLine
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.constraint import (
     USABLE,
     Constraint,
@@ -518,7 +518,8 @@ class Task:
         task = replace(self, **own)
         if unknown := set(margins) - set(task.declared):
             raise InputError(
-                f"there is no task field {', '.join(sorted(unknown))}; there are "
+                f"there is no task field {', '.join(sorted(unknown))}; "
+                f"{did_you_mean(min(unknown), (*names, *task.declared))}there are "
                 f"{', '.join((*names, *task.declared))}"
             )
         return task.with_margins(margins)

@@ -577,8 +577,11 @@ def _plain(value: Any) -> Any:
 
 def _one_of(name: str, value: object, allowed: Collection[str | None]) -> None:
     if value not in allowed:
-        names = ", ".join(f"'{a}'" for a in allowed if a is not None)
-        raise RobotError(f"{name} is {value!r}; it must be one of {names}")
+        names = [str(one) for one in allowed if one is not None]
+        raise RobotError(
+            f"{name} is {value!r}; {did_you_mean(value, names)}it must be one of "
+            f"{', '.join(map(repr, names))}"
+        )
 
 
 def _tuple(value: object, name: str) -> tuple[Any, ...]:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import BPoly
 from scipy.spatial.transform import Rotation
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.motions.motion import SCALAR_FIRST, Motion
@@ -77,7 +77,10 @@ def format_named(name: str) -> MotionFormat:
         InputError: there is none.
     """
     if name not in FORMATS:
-        raise InputError(f"no format of motions is named '{name}'; choose {', '.join(FORMATS)}")
+        raise InputError(
+            f"no format of motions is named '{name}'; {did_you_mean(name, FORMATS)}choose "
+            f"{', '.join(FORMATS)}"
+        )
     return FORMATS[name]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.solvers.adapters import FiniteDifferenceNLP
 from gaitopt.solvers.ipopt import Ipopt
 from gaitopt.solvers.multipliers import least_squares_multipliers
@@ -38,7 +38,10 @@ def solver_by_name(name: str, **options: Any) -> Solver:
         InputError: there is no such solver, or it has no such option or value.
     """
     if name not in SOLVERS:
-        raise InputError(f"there is no solver {name!r}; choose one of {', '.join(SOLVERS)}")
+        raise InputError(
+            f"there is no solver {name!r}; {did_you_mean(name, SOLVERS)}choose one of "
+            f"{', '.join(SOLVERS)}"
+        )
     allowed = [field.name for field in fields(SOLVERS[name])]
     for option in options:
         if option not in allowed:

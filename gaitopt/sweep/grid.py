@@ -14,7 +14,7 @@ from itertools import islice, pairwise
 from gaitopt.actuators.motors import MOTORS, motor_quantities
 from gaitopt.bounds import POINTS, at_most
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
-from gaitopt.errors import InputError, SpecError
+from gaitopt.errors import InputError, SpecError, did_you_mean
 from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import DURATION, GEOMETRY, GEOMETRY_NAMES, set_geometry
@@ -71,10 +71,12 @@ class Axis:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
             raise InputError(f"a sweep is over a quantity by its name, not {self.name!r}")
-        known = self.name in (*_TASK, *_MARGINS, *_GEOMETRY) or self.name.startswith(_OWN)
+        names = (*_TASK, *_MARGINS, *_GEOMETRY)
+        known = self.name in names or self.name.startswith(_OWN)
         if not known and not self.of_robot:
             raise InputError(
-                f"there is no quantity '{self.name}' to sweep over; there are {', '.join(_TASK)}; "
+                f"there is no quantity '{self.name}' to sweep over; "
+                f"{did_you_mean(self.name, (*names, *PARAMETERS))}there are {', '.join(_TASK)}; "
                 f"the limits {', '.join(_MARGINS)}; the geometric quantities, held at the value, "
                 f"{', '.join(_GEOMETRY)}; parameters of a biped, {', '.join(PARAMETERS)}, and the "
                 "entries of its specification, as geometry.d3; motors.NAME and motors.JOINTS.NAME "

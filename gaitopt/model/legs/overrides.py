@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.pinocchio_model import inertia_fault
 from gaitopt.importers.report import Finding
 from gaitopt.importers.xml_document import FileProblem
@@ -54,7 +54,8 @@ def override(
             )
         if not joints:
             raise RobotError(
-                f"limits: no joint matches '{entry.joints}'; the joints are: {', '.join(names[2:])}"
+                f"limits: no joint matches '{entry.joints}'; "
+                f"{did_you_mean(entry.joints, names[2:])}the joints are: {', '.join(names[2:])}"
             )
         parts = [_set(changed, joints, name, v) for name, v in entry.numbers().items()]
         source = f"; {entry.source}" if entry.source else ""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.ties import Tie, tied_to
 from gaitopt.model.import_options import matching
 from gaitopt.model.legs.kinematic_tree import (
@@ -209,8 +209,9 @@ def _asked(
             found = [names[name] for name in matching(pattern, names)]
         if not found:
             raise RobotError(
-                f"moving: no joint beside the legs' is meant by '{pattern}'; give arms, waist or a "
-                f"pattern of names; the joints are: {', '.join(names) or 'none'}"
+                f"moving: no joint beside the legs' is meant by '{pattern}'; "
+                f"{did_you_mean(pattern, (ARMS, WAIST, *names))}give arms, waist or a pattern of "
+                f"names; the joints are: {', '.join(names) or 'none'}"
             )
         asked += [j for j in found if j not in asked]
     return asked
