@@ -9,6 +9,9 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from typer.testing import CliRunner
+
+from gaitopt.cli.app import app
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.task import Task
@@ -17,6 +20,7 @@ from gaitopt.sweep import scheduler
 from gaitopt.sweep.database import digest, record_digest
 from gaitopt.sweep.executor import Job, JobOutcome, run_job
 from gaitopt.sweep.grid import Axis
+from gaitopt.sweep.library import Library
 
 SPEEDS = Axis("speed", (0.95, 1.0, 1.05, 1.1))
 QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
@@ -100,3 +104,13 @@ def damage(record, chance):
         else:
             place[key] = chance.choice([None, 3, -1, "text", [], {}, [[1]], 1e300, True])
         return
+
+
+def costs(library: Library) -> dict[object, object]:
+    """The cost of each gait of a library, by its speed."""
+    return {row["speed"]: row["cost"] for row in library.rows}
+
+
+def run(*words: object) -> Any:
+    """What the command line answers; what it does not catch is raised."""
+    return CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)

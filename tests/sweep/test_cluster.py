@@ -3,7 +3,7 @@ import sys
 import time
 
 import pytest
-from sweeps import QUICK, SPEEDS, quick_task
+from sweeps import QUICK, SPEEDS, costs, quick_task
 
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.sweep.scheduler import sweep
@@ -13,10 +13,6 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # what Dask says while worker
 
 from gaitopt.sweep import executor as cluster  # noqa: E402
 from gaitopt.sweep.executor import joined_scheduler  # noqa: E402
-
-
-def costs(library):
-    return {row["speed"]: row["cost"] for row in library.rows}
 
 
 @pytest.fixture

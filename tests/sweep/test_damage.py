@@ -4,10 +4,8 @@ import random
 import shutil
 
 import pytest
-from sweeps import damage, rewrite
-from typer.testing import CliRunner
+from sweeps import damage, rewrite, run
 
-from gaitopt.cli.app import app
 from gaitopt.errors import GaitoptError
 from gaitopt.sweep.library import UNREADABLE, open_library
 
@@ -17,10 +15,6 @@ WALK = {
     "iterations": 0, "evaluations": 0, "seconds": 0, "origin": "cold",
 }  # fmt: skip
 ROW = {"file": "gaits/speed=0.9.npz", "status": "certified", "kkt": 0}
-
-
-def run(*words):
-    return CliRunner().invoke(app, [str(w) for w in words], catch_exceptions=False)
 
 
 @pytest.fixture(scope="module")

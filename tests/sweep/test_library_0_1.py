@@ -6,10 +6,8 @@ import shutil
 
 import pytest
 from places import LIBRARY_0_1
-from sweeps import QUICK, Counting, damage, quick_task
-from typer.testing import CliRunner
+from sweeps import QUICK, Counting, damage, quick_task, run
 
-from gaitopt.cli.app import app
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.interpolation import interpolate
@@ -30,10 +28,6 @@ def robot():
 @pytest.fixture
 def old(tmp_path):
     return shutil.copytree(LIBRARY_0_1, tmp_path / "lib")
-
-
-def run(*words):
-    return CliRunner().invoke(app, [str(w) for w in words], catch_exceptions=False)
 
 
 def test_it_is_read_as_it_is(old):

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweeps import QUICK, SPEEDS, Counting, quick_task, seconds
+from sweeps import QUICK, SPEEDS, Counting, costs, quick_task, seconds
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import changed
@@ -35,10 +35,6 @@ from gaitopt.sweep.scheduler import sweep
 from gaitopt.sweep.table import CERTIFIED, INFEASIBLE, NOT_COMPUTED, awaited_row, write_table
 
 HERE = Path(__file__).parent
-
-
-def costs(library):
-    return {row["speed"]: row["cost"] for row in library.rows}
 
 
 def test_every_gait_is_as_good_as_one_from_a_first_guess(robot, swept):

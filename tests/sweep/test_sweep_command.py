@@ -7,11 +7,9 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 from sweeps import QUICK as LESS
-from sweeps import SPEEDS, Counting, quick_task, vouch
-from typer.testing import CliRunner
+from sweeps import SPEEDS, Counting, quick_task, run, vouch
 
 from gaitopt.cli import sweep as sweep_module
-from gaitopt.cli.app import app
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.sweep.executor import DIAGNOSE
 from gaitopt.sweep.grid import Axis
@@ -19,10 +17,6 @@ from gaitopt.sweep.library import open_library
 from gaitopt.sweep.scheduler import sweep
 
 QUICK = ["--solver", "sqp", "--no-refine", "--samples", "15"]
-
-
-def run(*words):
-    return CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import time
 from concurrent.futures import BrokenExecutor
 
 import pytest
-from sweeps import QUICK, SPEEDS, quick_task
+from sweeps import QUICK, SPEEDS, costs, quick_task
 
 from gaitopt.errors import InputError
 from gaitopt.sweep import workers as workers_module
@@ -17,10 +17,6 @@ from gaitopt.sweep.scheduler import sweep
 from gaitopt.sweep.workers import local_workers
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX")
-
-
-def costs(library):
-    return {row["speed"]: row["cost"] for row in library.rows}
 
 
 def killed(number):
