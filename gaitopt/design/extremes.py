@@ -394,4 +394,4 @@ def _sum(x: Array, coefficients: Array) -> Array:
 
 def _terms(x: Array) -> Array:
     """Return the Chebyshev polynomials at places (M,), shape (M, NODES)."""
-    return np.asarray(chebyshev.chebvander(x, NODES - 1), dtype=np.float64)
+    return np.asarray(np.cos(np.arccos(np.clip(x, -1.0, 1.0))[:, None] * np.arange(NODES)))
