@@ -22,6 +22,7 @@ from gaitopt.settings import checked, entry
 from gaitopt.solvers.globalization import (
     CEILING,
     FILTER_RESETS,
+    NEARLY_FEASIBLE,
     RAISE,
     STALLED_AFTER,
     STALLED_AFTER_BFGS,
@@ -55,6 +56,7 @@ from gaitopt.solvers.subproblem import (
     pose_correction,
     pose_subproblem,
     solve_subproblem,
+    with_active,
 )
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
@@ -250,6 +252,8 @@ class _Run:
     def _iteration(self) -> Status | None:
         model = self._model()
         posed, step = self._solve_subproblem(model)
+        if step is not None and self.iterate.violation <= NEARLY_FEASIBLE:
+            model, posed, step = self._guessed_again(model, posed, step)
         if step is None:
             self._shrink(self.region.radius)
         else:
@@ -258,6 +262,28 @@ class _Run:
                 return status
             self._advance(model, posed, step)
         return self._collapsed() if self.region.radius < self.options.min_radius else None
+
+    def _guessed_again(
+        self, model: LocalModel, posed: Subproblem, step: ElasticStep
+    ) -> tuple[LocalModel, Subproblem, ElasticStep]:
+        """Return model, subproblem and step with the rows made active that the step is held by.
+
+        Where the model was made convex for other rows, it keeps the step from letting these go,
+        and the active rows change by one or two an iteration. A second program is cheap beside an
+        evaluation. Far from the limits it may lead to another optimum (measured:
+        docs/decisions/compiled.md).
+        """
+        if model.convex.sigma == 0.0:
+            return model, posed, step
+        told = self._iterate_at(self.iterate.point, step)
+        again = with_active(model, told, self.penalty)
+        if again is model:
+            return model, posed, step
+        posed_again, second = self._solve_subproblem(again)
+        if second is None:
+            return model, posed, step
+        self.model = again
+        return again, posed_again, second
 
     def _model(self) -> LocalModel:
         if self.model is None:

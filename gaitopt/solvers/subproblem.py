@@ -117,6 +117,24 @@ def build_model(
     )
 
 
+def with_active(model: LocalModel, iterate: Iterate, penalty: float) -> LocalModel:
+    """Return a model made convex for the rows that an iterate's multipliers tell, or itself.
+
+    Args:
+        model: the local model; the slack of its next step is believed to be zero.
+        iterate: with other multipliers.
+        penalty: nu, the weight of the slack.
+    """
+    told = *_signs(iterate.multipliers), *_signs(iterate.bound_multipliers)
+    known = model.up, model.down, model.bound_up, model.bound_down
+    if all(np.array_equal(one, other) for one, other in zip(told, known, strict=True)):
+        return model
+    elastic = _with_slack(model.hessian, STIFFNESS * penalty)
+    convex = convexify(elastic, _active(model.jacobian, *told))
+    up, down, bound_up, bound_down = told
+    return replace(model, convex=convex, up=up, down=down, bound_up=bound_up, bound_down=bound_down)
+
+
 def _with_slack(hessian: Array, stiffness: float) -> Array:
     n = hessian.shape[0]
     matrix = np.zeros((n + 1, n + 1))
