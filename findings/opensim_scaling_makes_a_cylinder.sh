@@ -2,9 +2,9 @@
 # Version:  opensim 4.6
 # Does:     scaling a body alike in x, y and z scales its inertia exactly. With factors that differ by as
 #           little as a thousandth the body is taken for a cylinder about the axis of its smallest moment
-#           (x, y or z of the body): the larger of the two other moments stands for both. The pelvis of
-#           the Gait 2392 proportions so becomes as hard to turn about y as about x, 18 % more than
-#           it was, and a stretch along x gives the same moments as one along y. Nothing says so.
+#           (x, y or z of the body), and one of the two other moments, here that about x, stands for both:
+#           a body of a pelvis' size becomes as hard to turn about y as about x, 18 % more than it was,
+#           and a stretch along x gives the same moments as one along y. Nothing says so.
 # Guess:    inertia scales with the lengths (each product of two coordinates by its two factors), and a
 #           factor that tends to 1 changes nothing.
 # Means:    trunks, pelves and feet, which no cylinder resembles, get another inertia as soon as a subject is
