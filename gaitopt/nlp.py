@@ -271,7 +271,9 @@ def kkt_residual(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: 
         point: of it.
         multipliers, bound_multipliers: of its rows, shape (m,), and of its bounds, shape (n,).
     """
-    gradient = nlp.cost_scale * point.gradient + point.jacobian.T @ multipliers + bound_multipliers
+    held = np.flatnonzero(multipliers)  # few of thousands
+    pull = multipliers[held] @ point.jacobian[held]
+    gradient = nlp.cost_scale * point.gradient + pull + bound_multipliers
     return Residual(
         stationarity=float(np.abs(gradient).max(initial=0.0)),
         feasibility=worst_violation(nlp, point)[0],

@@ -17,7 +17,7 @@ from gaitopt.design.summary import brace, shared_name
 from gaitopt.gait.model_gradient import OF_ROBOT
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.reroot import joint_axis
+from gaitopt.model.reroot import joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -130,8 +130,7 @@ class Anatomy:
         """Axes of the joints as the file has them, in the world, shape (n, 3)."""
         model, tree = self.robot.model, self.robot.tree
         sign = np.where(np.arange(tree.size) < tree.stance, -1.0, 1.0)
-        own = np.stack([joint_axis(model, j) for j in range(FIRST, model.njoints)])
-        turned = np.einsum("jab,jb->ja", self._rotation[1:], own)
+        turned = np.einsum("jab,jb->ja", self._rotation[1:], joint_axes(model))
         return np.asarray(sign[:, None] * turned)
 
     def hanging(self, joint: int) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -28,10 +28,10 @@ from gaitopt.mechanics.closed_chain import ClosedMotion
 from gaitopt.mechanics.closed_impact import ClosedJump
 from gaitopt.mechanics.foot_flat import FlatJump
 from gaitopt.mechanics.forward_kinematics import (
-    ForwardKinematics,
     Placements,
     PostureQuantity,
     PostureQuantityDerivatives,
+    bodies_of,
 )
 from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
@@ -39,7 +39,7 @@ from gaitopt.mechanics.spatial import apply
 from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
 from gaitopt.model.coupling import Tangent
 from gaitopt.model.joint_tree import TWIST
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
 
@@ -330,7 +330,17 @@ class ReducedDerivatives(PostureQuantityDerivatives):
 
 
 OPTIONAL = (quantities.TRUNK, *quantities.BODY_GAPS)
+_KEPT = 16  # sets of gaps: a walk has up to two, whatever its grids
 _HEADING = 0.5  # of the foot yaw: the direction of travel in the stance sole's axes
+
+
+@lru_cache(maxsize=_KEPT)
+def _body_gaps(robot: Robot, standing: Robot, what: Quantity) -> CapsuleGaps:
+    """Return the gaps of legs or arms; `standing` as of `PostureQuantities`."""
+    pairs = (leg_pairs if what is quantities.LEG_GAPS else arm_pairs)(robot)
+    hinges = standing.tree.size - robot.tree.size
+    moved = ((replace(c, body=c.body + hinges) for c in pair) for pair in pairs.kept)
+    return CapsuleGaps(standing.tree, tuple((a, b) for a, b in moved))
 
 
 class PostureQuantities:
@@ -350,15 +360,10 @@ class PostureQuantities:
         self._read: dict[Quantity, PostureQuantity] = {}
         if quantities.TRUNK in asked:
             self._read[quantities.TRUNK] = Trunk(standing)
-        hinges = standing.tree.size - robot.tree.size
-        for what, found in zip(quantities.BODY_GAPS, (leg_pairs, arm_pairs), strict=True):
+        for what in quantities.BODY_GAPS:
             if what in asked:
-                pairs = tuple(
-                    (replace(a, body=a.body + hinges), replace(b, body=b.body + hinges))
-                    for a, b in found(robot).kept
-                )
-                self._read[what] = CapsuleGaps(standing.tree, pairs)
-        self._bodies = ForwardKinematics(standing.model) if self._read else None
+                self._read[what] = _body_gaps(robot, standing, what)
+        self._bodies = cached_workspace(standing, bodies_of) if self._read else None
         self._coupling = standing.coupling
 
     def placed(self, q: Array) -> Placements | None:

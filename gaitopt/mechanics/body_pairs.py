@@ -175,6 +175,7 @@ class _Reach:
         self._tree = robot.tree
         neutral = np.zeros((1, robot.tree.size))
         self._placed = ForwardKinematics(robot.model).placed(neutral)
+        self._spans: dict[tuple[Capsule, int], tuple[float, float]] = {}
 
     def may_meet(self, pair: Pair) -> bool:
         """Return whether the longest stretch between is no longer than all others together.
@@ -184,21 +185,23 @@ class _Reach:
         """
         first, second = (self._tree.path(capsule.body) for capsule in pair)
         joints = [*np.flatnonzero(first & ~second)[::-1], *np.flatnonzero(second & ~first)]
-        origins = self._placed.origin[0, [int(j) + 1 for j in joints]]
-        spans = np.linalg.norm(np.diff(origins, axis=0), axis=1)
-        ends = [self._span(c, o) for c, o in zip(pair, (origins[0], origins[-1]), strict=True)]
+        bodies = [int(j) + 1 for j in joints]
+        spans = np.linalg.norm(np.diff(self._placed.origin[0, bodies], axis=0), axis=1)
+        ends = [self._span(c, b) for c, b in zip(pair, (bodies[0], bodies[-1]), strict=True)]
         least = np.array([*spans, *(low for low, _ in ends)])
         most = np.array([*spans, *(high for _, high in ends)])
         return bool((least - (most.sum() - most)).max() <= 0.0)
 
-    def _span(self, capsule: Capsule, origin: Array) -> tuple[float, float]:
-        """Return the least and the largest distance of a capsule from a point [m]."""
-        body = capsule.body
-        ends = capsule.ends @ self._placed.rotation[0, body].T + self._placed.origin[0, body]
-        point = np.array([[origin, origin]])
-        near = float(nearest(ends[None], point).distance[0]) - capsule.radius
-        far = float(np.linalg.norm(ends - origin, axis=1).max()) + capsule.radius
-        return max(near, 0.0), far
+    def _span(self, capsule: Capsule, beside: int) -> tuple[float, float]:
+        """Return least and largest distance of a capsule from the joint of a body beside it [m]."""
+        if (capsule, beside) not in self._spans:  # the same of many pairs
+            body, origin = capsule.body, self._placed.origin[0, beside]
+            ends = capsule.ends @ self._placed.rotation[0, body].T + self._placed.origin[0, body]
+            point = np.array([[origin, origin]])
+            near = float(nearest(ends[None], point).distance[0]) - capsule.radius
+            far = float(np.linalg.norm(ends - origin, axis=1).max()) + capsule.radius
+            self._spans[capsule, beside] = max(near, 0.0), far
+        return self._spans[capsule, beside]
 
 
 def _apart(robot: Robot, pairs: Sequence[Pair], shrunk: float) -> CapsulePairs:

@@ -197,10 +197,11 @@ class CapsuleGaps(PostureQuantity):
             tree: of the robot's joints.
             pairs: of capsules.
         """
-        capsules = list(dict.fromkeys(c for pair in pairs for c in pair))  # few, in many pairs
+        capsules = dict.fromkeys(c for pair in pairs for c in pair)  # few, in many pairs
         self._carriers = [c.body for c in capsules]
         self._ends = np.array([c.ends for c in capsules])
-        self._sides = np.array([[capsules.index(c) for c in pair] for pair in pairs]).T
+        number = {c: k for k, c in enumerate(capsules)}
+        self._sides = np.array([[number[c] for c in pair] for pair in pairs]).T
         self._radii = np.array([sum(c.radius for c in pair) for pair in pairs])
         paths = [np.stack([tree.path(c.body) for c in pair]).astype(np.float64) for pair in pairs]
         self._between = np.array([of_second - of_first for of_first, of_second in paths])

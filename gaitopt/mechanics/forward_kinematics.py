@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from gaitopt.mechanics.spatial import pseudo_inertia, skew, symmetric, world_inertias
 from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.reroot import joint_axis
+from gaitopt.model.reroot import joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -47,7 +47,7 @@ class ForwardKinematics:
     def __init__(self, model: pin.Model) -> None:
         joints = range(FIRST, model.njoints)
         placements = [model.jointPlacements[j] for j in joints]
-        K = skew(np.stack([joint_axis(model, j) for j in joints]))
+        K = skew(joint_axes(model))
         # Rodrigues' formula: the frame of a joint in the one before it is
         # (1, sin(q), cos(q)) . local, homogeneous matrices all three; shape (n, 3, 16).
         fixed = np.stack([p.homogeneous for p in placements])
@@ -67,6 +67,11 @@ class ForwardKinematics:
         for j, carrier in enumerate(self._carriers):
             np.matmul(world[carrier], local[j], out=world[j + 1])
         return Placements(world)
+
+
+def bodies_of(robot: Robot) -> ForwardKinematics:
+    """Return the bodies of a robot."""
+    return ForwardKinematics(robot.model)
 
 
 class BodyInertias:

@@ -17,7 +17,7 @@ import pinocchio as pin
 from gaitopt.contact.mode import ContactMode
 from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
 from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.reroot import joint_axis
+from gaitopt.model.reroot import joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -60,13 +60,13 @@ def _hinged(robot: Robot, contact: ContactMode) -> Robot:
     base = rooted.addJoint(0, pin.JointModelFreeFlyer(), model.jointPlacements[1], model.names[1])
     foot = rooted.addJoint(base, pin.JointModelRevoluteUnaligned(hinge.axis), line, name)
     new = {0: 0, 1: foot}
-    for joint in range(FIRST, model.njoints):
+    for joint, axis in enumerate(joint_axes(model), FIRST):
         place = model.jointPlacements[joint]
         if model.parents[joint] == 1:
             place = line.inverse() * place
         new[joint] = rooted.addJoint(
             new[int(model.parents[joint])],
-            pin.JointModelRevoluteUnaligned(joint_axis(model, joint)),
+            pin.JointModelRevoluteUnaligned(axis),
             place,
             model.names[joint],
         )

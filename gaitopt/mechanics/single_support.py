@@ -32,8 +32,8 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
 from gaitopt.mechanics.spatial import apply, cross_force, cross_motion, skew
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.coupling import CoupledMotion
-from gaitopt.model.joint_tree import FIRST, JointTree
-from gaitopt.model.reroot import joint_axis
+from gaitopt.model.joint_tree import JointTree
+from gaitopt.model.reroot import joint_axes
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
@@ -349,7 +349,7 @@ class GravityCompensation:
         model = robot.model
         self._bodies = ForwardKinematics(model)
         self._tree = robot.tree
-        self._axes = np.stack([joint_axis(model, j) for j in range(FIRST, model.njoints)])
+        self._axes = joint_axes(model)
         self._mass, self._moment = weight.mass, weight.moment
         self._start = np.concatenate([-model.gravity.linear, np.zeros(3)])
 

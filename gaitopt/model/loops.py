@@ -253,14 +253,20 @@ class _Mechanism:
         at = [self.model.joints[j] for j in joints]
         return [c for joint in at for c in range(joint.idx_v, joint.idx_v + joint.nv)]
 
-    def refusal(self, why: str) -> RobotError:
-        """Return the error that says why the loops cannot be reduced, and what can be done."""
+    def refusal(self, why: str, instead: str = "") -> RobotError:
+        """Return the error that says why the loops cannot be reduced, and what can be done.
+
+        Args:
+            why: a sentence without its end.
+            instead: what can be done so that they can be reduced, if anything.
+        """
         name = self.name(self.joints[0])
         words = f"joint '{name}': it is in a loop of bodies"
         return RobotError(
-            f"{self.lines.get(name, words)} that cannot be reduced to motors: {why}; leave it open "
-            "by --without loops (its rods and cranks then stand still), and give the motors that "
-            "turn the joints through it in a table, --linkages FILE (docs/linkages.md)"
+            f"{self.lines.get(name, words)} that cannot be reduced to motors: {why}. "
+            f"{f'Either {instead}, or leave' if instead else 'Leave'} all loops of bodies open by "
+            "--without loops: their rods and cranks then stand still, and a table, --linkages FILE "
+            "(docs/linkages.md), can say which motors turn the joints through them"
         )
 
     def check(self, other: Sequence[int]) -> None:
@@ -484,16 +490,16 @@ class _Mechanism:
         )
         names = self.names(self.joints)
         at = ", ".join(f"'{n}' at {a:.3g} rad" for n, a in zip(names, fault, strict=True))
-        advice = ""
+        instead = ""
         if narrow is not None:
             ends = {
                 self.name(j): [math.trunc(1e3 * narrow * end) / 1e3 for end in self._range(j)]
                 for j in (*self.joints, *self.twins)
             }
-            advice = "; it is closed in narrower ranges: " + " ".join(
+            instead = "give narrower ranges, in which it is closed: " + " ".join(
                 f"--limit {name}.range={a:g}rad:{b:g}rad" for name, (a, b) in ends.items()
             )
-        raise self.refusal(f"it opens or is at a dead point with {at}{advice}")
+        raise self.refusal(f"it opens or is at a dead point with {at}", instead)
 
     def _rod(self, crank: int, base: pin.SE3) -> Rod | None:
         """Return the rod of a crank, in the frame of the body before the joints; None if none."""

@@ -16,6 +16,8 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import reduced
+from gaitopt.model.joint_tree import FIRST
+from gaitopt.nlp import Array
 
 FOOT_JOINT = "stance_foot"
 PELVIS_FRAME = "pelvis"
@@ -79,15 +81,17 @@ def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
     first = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), FOOT_JOINT)
     # Old joint, whose number is also that of its body -> new joint, old frame in new joint's frame.
     moved: dict[int, tuple[int, pin.SE3]] = {foot.parentJoint: (first, foot.placement.inverse())}
+    axes = joint_axes(model)
     for joint, body, reverse in _outward(model, foot.parentJoint, _joint_of(model, swing_sole)):
+        axis = axes[joint - FIRST]
         if reverse:
             parent, placement = moved[joint]
-            new = _add_joint(rooted, parent, model, joint, placement, reverse=True)
+            new = _add_joint(rooted, parent, model, joint, placement, -axis)
             moved[body] = (new, model.jointPlacements[joint].inverse())
         else:
             parent, placement = moved[model.parents[joint]]
             placement = placement * model.jointPlacements[joint]
-            new = _add_joint(rooted, parent, model, joint, placement, reverse=False)
+            new = _add_joint(rooted, parent, model, joint, placement, axis)
             moved[body] = (new, pin.SE3.Identity())
     for old, (new, placement) in moved.items():
         rooted.appendBodyToJoint(new, model.inertias[old], placement)
@@ -138,21 +142,25 @@ def _outward(model: pin.Model, foot: int, swing_foot: int) -> Iterator[tuple[int
         stack.append(iter(sorted(ways[way[1]], key=lambda way: way[0] not in first)))
 
 
-def joint_axis(model: pin.Model, joint: int) -> np.ndarray:
-    """Return the unit axis of a revolute joint in its own frame, shape (3,).
+def joint_axes(model: pin.Model) -> Array:
+    """Return the unit axes of all joints but the first, each in its own frame, shape (n, 3).
 
     Raises:
-        RobotError: the joint is not revolute.
+        RobotError: one of them is not revolute.
     """
     data = model.createData()
     pin.computeJointJacobians(model, data, pin.neutral(model))
-    column = model.joints[joint].idx_v
-    axis = pin.getJointJacobian(model, data, joint, pin.LOCAL)[:, column]
-    if abs(np.linalg.norm(axis[3:]) - 1.0) > 1e-9 or np.abs(axis[:3]).max() > 1e-12:
-        raise RobotError(
-            f"joint '{model.names[joint]}' is not revolute; every joint that moves must be revolute"
-        )
-    return np.asarray(axis[3:]).copy()
+    axes = np.zeros((model.njoints - FIRST, 3))
+    for joint, axis in enumerate(axes, FIRST):
+        column = model.joints[joint].idx_v
+        twist = pin.getJointJacobian(model, data, joint, pin.LOCAL)[:, column]
+        if abs(np.linalg.norm(twist[3:]) - 1.0) > 1e-9 or np.abs(twist[:3]).max() > 1e-12:
+            raise RobotError(
+                f"joint '{model.names[joint]}' is not revolute; every joint that moves must be "
+                "revolute"
+            )
+        axis[:] = twist[3:]
+    return axes
 
 
 def _add_joint(
@@ -161,15 +169,10 @@ def _add_joint(
     model: pin.Model,
     joint: int,
     placement: pin.SE3,
-    *,
-    reverse: bool,
+    axis: Array,
 ) -> int:
-    axis = joint_axis(model, joint)
     new = rooted.addJoint(
-        parent,
-        pin.JointModelRevoluteUnaligned(-axis if reverse else axis),
-        placement,
-        model.names[joint],
+        parent, pin.JointModelRevoluteUnaligned(axis), placement, model.names[joint]
     )
     old_v, new_v = model.joints[joint].idx_v, rooted.joints[new].idx_v
     old_q, new_q = model.joints[joint].idx_q, rooted.joints[new].idx_q

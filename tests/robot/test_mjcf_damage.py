@@ -210,8 +210,8 @@ DAMAGE = {
             "<connect body1='left_ankle_roll_body' body2='right_ankle_roll_body' anchor='0 0 0'/>"
         ),
         "connect", "<connect> of 'left_ankle_roll_body' and .* ties it, a loop of bodies that "
-        "cannot be reduced to motors: it joins both legs; leave it open by --without loops .* "
-        "--linkages FILE",
+        "cannot be reduced to motors: it joins both legs. Leave all loops of bodies open by "
+        "--without loops: .* --linkages FILE",
     ),
     "foot that is welded": (
         tied("<weld body1='left_ankle_roll_body'/>"), "weld", r"joint 'left_\w+': <weld> of 'left_a"

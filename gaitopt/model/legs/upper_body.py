@@ -154,7 +154,7 @@ def moving_pairs(
 def _fault(posed: PosedModel, joint: int, partners: Mapping[int, int]) -> str:
     """Return why a joint cannot be moved, empty if it can."""
     if (problem := posed.problem(joint, UNDRIVEN)) is not None:
-        open_it = "; loops are closed in legs only, leave it open by --without loops"
+        open_it = "; loops are closed in legs only (--without loops leaves them all open)"
         return f"{problem}{open_it if problem.kind == LOOP else ''}"
     if (kind := joint_kind(posed.model.joints[joint])) != "revolute":
         return f"it is {kind}"
