@@ -338,10 +338,10 @@ def make_request(given: Settings, config: Path | None, varied: Collection[str] =
         raise InputError(f"{shown(starts)} starts are too few; give at least 1")
     at_most(starts, STARTS, "starts")
     noise = (asked.sigma, 0 if asked.seed is None else asked.seed)
-    if not (math.isfinite(noise[0]) and noise[0] >= 0.0 and noise[1] >= 0):
-        raise InputError(
-            f"sigma {noise[0]} rad or seed {noise[1]} is wrong; neither may be negative"
-        )
+    if not 0.0 <= noise[0] <= math.pi:
+        raise InputError(f"sigma is {noise[0]} rad; it must be from 0 to {math.pi:.4f} rad")
+    if noise[1] < 0:
+        raise InputError(f"seed is {shown(noise[1])}; it must not be negative")
     disturbed = starts == 1 and noise[0] > 0.0 and ("seed" in settings or "sigma" in settings)
     start = _start(WalkProblem(robot, task), asked.start, noise if disturbed else None)
     return Request(robot, task, options, start, starts, noise, settings)

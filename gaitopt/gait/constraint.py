@@ -142,7 +142,8 @@ def _check(name: str, value: object, kind: str, declared: Margin) -> None:
         limit = "not be negative" if declared.least == 0.0 else f"be at least {declared.least:g}"
         raise InputError(f"{name} is {value}{unit}; it must {limit}")
     if declared.most is not None and number > declared.most:
-        raise InputError(f"{name} is {value}{unit}; it must be at most {declared.most:g}")
+        also = "; other units stand behind the number, 6deg" if declared.unit == "rad" else ""
+        raise InputError(f"{name} is {value}{unit}; it must be at most {declared.most:g}{also}")
 
 
 def check_declaration(one: object, *names: str) -> None:

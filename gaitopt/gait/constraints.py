@@ -65,6 +65,7 @@ _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
 LANDING_SCALE = 1e-3  # m: rows that vanish at the end, as fine as what they are there
 _STEEPER = 1.001  # refinement leaves their slope at the end short by less than a thousandth
 _LANDING = 12  # power that leaves the profile of the landing to the last fifth of the step
+_LYING = 1.5708  # rad: what asks the trunk to lean or turn farther is meant in degrees
 _TILTED = 1.0  # rad: no trunk is asked to lean or turn farther, no foot to tilt
 
 
@@ -215,16 +216,16 @@ class Margins:
     )  # fmt: skip
     trunk_roll: float | None = margin(
         None, "Largest sideways lean of the trunk.", "the largest sideways lean of the trunk",
-        "rad", above=0.0, relax=(_TILTED, 0.3),
+        "rad", above=0.0, most=_LYING, relax=(_TILTED, 0.3),
     )  # fmt: skip
     trunk_pitch: float | None = margin(
         None, "Largest lean of the trunk forward or back.",
         "the largest lean of the trunk forward or back",
-        "rad", above=0.0, relax=(_TILTED, 0.3), common=True,
+        "rad", above=0.0, most=_LYING, relax=(_TILTED, 0.3), common=True,
     )  # fmt: skip
     trunk_yaw: float | None = margin(
         None, "Largest turn of the trunk from the direction of travel.",
-        "the largest turn of the trunk", "rad", above=0.0,
+        "the largest turn of the trunk", "rad", above=0.0, most=_LYING,
         relax=(_TILTED, 0.3),
     )  # fmt: skip
     torsional_friction: float | None = margin(
@@ -238,7 +239,7 @@ class Margins:
     swing_tilt: float | None = margin(
         None, "Largest roll, pitch and yaw of the swing foot, as sines.",
         "the largest tilt of the swing foot", "rad",
-        above=0.0, relax=(_TILTED, 0.3), sine=True,
+        above=0.0, most=1.0, relax=(_TILTED, 0.3), sine=True,
     )  # fmt: skip
     leg_gap: float | None = margin(
         None, "Least distance between the legs' bodies.", "the gap between the bodies of the legs",

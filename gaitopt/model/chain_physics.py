@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
-from gaitopt.model.import_options import LEAST_GRAVITY
+from gaitopt.model.import_options import LEAST_GRAVITY, MOST_GRAVITY
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.symmetry.leg_exchange import REFLECTION
 from gaitopt.nlp import Array
@@ -123,10 +123,11 @@ def fall(physics: Physics, rotation: Array) -> float:
         f"correct it, or leave it out: --without gravity (in Python and in the file for --choices "
         f'without = ["gravity"]) takes {STANDARD_GRAVITY:g} m/s² straight down'
     )
-    if not LEAST_GRAVITY <= size < math.inf:
+    if not LEAST_GRAVITY <= size <= MOST_GRAVITY:
         raise RobotError(
             f"gravity of the file is ({told}) m/s²; a walk needs at least {LEAST_GRAVITY:g} m/s² "
-            f"to press the feet on the ground; {remedy}"
+            f"to press the feet on the ground, and more than {MOST_GRAVITY:g} m/s² is nowhere; "
+            f"{remedy}"
         )
     angle = gravity_tilt(physics, rotation)
     if angle > LEVEL:

@@ -46,8 +46,8 @@ LIMIT_UNITS = {
 }  # fmt: skip
 """What a `LimitOverride` can replace, and its unit."""
 
-LEAST_GRAVITY = 0.01
-"""Of free fall [m/s²]: what walks must be pressed on the ground."""
+LEAST_GRAVITY, MOST_GRAVITY = 0.01, 1000.0
+"""Of free fall [m/s²]: what walks must be pressed on the ground; the Sun's has 274."""
 
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
@@ -366,10 +366,13 @@ def _check_numbers(choices: ImportOptions) -> None:
             f"sole_drop is {choices.sole_drop:g} m; it must be above 0 and below 1: the height of "
             "the ankle above the sole"
         )
-    if choices.gravity is not None and not _finite(choices.gravity, "gravity") >= LEAST_GRAVITY:
+    if choices.gravity is not None and not (
+        LEAST_GRAVITY <= _finite(choices.gravity, "gravity") <= MOST_GRAVITY
+    ):
         raise RobotError(
             f"gravity is {choices.gravity:g} m/s²; a walk needs at least {LEAST_GRAVITY:g} m/s² to "
-            "press the feet on the ground"
+            f"press the feet on the ground, and more than {MOST_GRAVITY:g} m/s² is nowhere; the "
+            "Earth has 9.81, the Moon 1.62"
         )
     if choices.gravity is not None and "gravity" in choices.without:
         raise RobotError(

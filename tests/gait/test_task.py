@@ -142,11 +142,13 @@ def test_changes_reach_task_and_margins():
 
 def test_an_unknown_preset_lists_those_there_are():
     with pytest.raises(
-        InputError, match="preset 'papper' is unknown; choose one of standard, paper"
+        InputError, match=r"preset 'papper' is unknown; did you mean 'paper'\? choose one of"
     ):
         preset_task("papper")
 
 
 def test_a_misspelt_field_lists_those_there_are():
-    with pytest.raises(InputError, match=r"no task field sped; there are speed, .*, friction"):
+    with pytest.raises(
+        InputError, match=r"no task field sped; did you mean 'speed'\? .*, friction"
+    ):
         preset_task(sped=1.0)
