@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import secrets
@@ -16,6 +17,7 @@ try:
 except ImportError:  # not a POSIX system: there nothing is swept away
     fcntl = None  # type: ignore[assignment]
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _LEFTOVER = re.compile(r"\.[0-9a-f]{12}\.tmp")
 
 
@@ -41,9 +43,11 @@ def write_atomically(path: str | os.PathLike[str], data: bytes, *, synced: bool 
         _write(Path(os.path.realpath(target)), data, synced)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
+        remedy = "give a file name in a directory that exists and may be written"
+        if isinstance(error, OSError) and error.errno in _FULL:
+            remedy = "make room, or give a file name on another disk"
         raise InputError(
-            f"cannot write '{target}': {(reason or 'unknown reason').lower()}; "
-            "give a file name in a directory that exists and may be written"
+            f"cannot write '{target}': {(reason or 'unknown reason').lower()}; {remedy}"
         ) from error
     return target
 

@@ -122,7 +122,7 @@ duration = 0.45
 postures = 2
 samples = 15
 quadrature = "simpson"
-penalty_weight = 1.0
+penalty_weight = 1e6
 [margins]
 torque_limit = 120.0
 friction = 0.6

@@ -66,7 +66,7 @@ def test_a_full_disk_leaves_nothing(tmp_path, monkeypatch):
 
     (tmp_path / "a").write_bytes(b"old")
     monkeypatch.setattr("gaitopt.atomic.os.fsync", full)
-    with pytest.raises(InputError, match="no space left on device"):
+    with pytest.raises(InputError, match="no space left on device; make room, or give"):
         write_atomically(tmp_path / "a", b"new")
     assert [p.name for p in tmp_path.iterdir()] == ["a"]
     assert (tmp_path / "a").read_bytes() == b"old"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -182,7 +183,13 @@ def _xlsx(
         sheet.append([_text(cell) for cell in row])
     sheet.freeze_panes = "C2"
     buffer = io.BytesIO()
-    book.save(buffer)
+    try:
+        book.save(buffer)
+    except Exception as error:  # lxml, where openpyxl has it, has an error of its own
+        raise InputError(
+            f"cannot make the table: {str(error) or type(error).__name__}; make room for files in "
+            f"'{tempfile.gettempdir()}', or write .csv"
+        ) from error
     return buffer.getvalue()
 
 

@@ -111,6 +111,17 @@ def test_a_spreadsheet_without_its_library(cli, gait_file, tmp_path, monkeypatch
     assert "gaitopt[tables]" in result.stderr
 
 
+def test_a_spreadsheet_on_a_full_disk(cli, gait_file, tmp_path, monkeypatch):
+    def full(*_):
+        raise ValueError("IO_EFBIG")  # as lxml, in which openpyxl writes a temporary file
+
+    monkeypatch.setattr(openpyxl.Workbook, "save", full)
+    result = cli("requirements", gait_file, "-o", tmp_path / "r.xlsx")
+    assert result.exit_code == 2
+    assert "cannot make the table: IO_EFBIG; make room for files in" in result.stderr
+    assert list(tmp_path.iterdir()) == [gait_file]
+
+
 def test_a_gait_whose_name_a_spreadsheet_would_compute(cli, gait_file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save_gait(load_gait(gait_file), "=1+1.npz")
