@@ -75,9 +75,9 @@ def _write(target: Path, data: bytes, synced: bool) -> None:
     if target.is_dir():
         raise IsADirectoryError(None, "it is a directory")
     _sweep(target.parent)
-    temporary, stream = _new_file(target.parent)
-    try:
-        with stream:
+    temporary = target.parent / f".{secrets.token_hex(6)}.tmp"
+    try:  # an interrupt may come as soon as the file is there
+        with _locked(temporary) as stream:
             stream.write(data)
             stream.flush()
             if synced:
@@ -92,22 +92,19 @@ def _write(target: Path, data: bytes, synced: bool) -> None:
         raise
 
 
-def _new_file(directory: Path) -> tuple[Path, BinaryIO]:
+def _locked(path: Path) -> BinaryIO:
     """Return a new file, open and locked: it is being written as long as the lock is held."""
     while True:
-        path = directory / f".{secrets.token_hex(6)}.tmp"
         stream = path.open("xb")
         if fcntl is None:
-            return path, stream
+            return stream
         try:
             with suppress(OSError):  # a file system without locks
                 fcntl.flock(stream, fcntl.LOCK_EX)
             if path.exists():  # else it was swept away before the lock was ours
-                return path, stream
+                return stream
         except BaseException:
             stream.close()
-            with suppress(OSError):
-                path.unlink()
             raise
         stream.close()
 

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from places import ROOT
@@ -58,6 +59,17 @@ def test_a_killed_write_leaves_what_the_next_sweeps_away(tmp_path):
     assert [is_leftover(p) for p in tmp_path.iterdir()] == [True]
     write_atomically(tmp_path / "b", b"one")
     assert [p.name for p in tmp_path.iterdir()] == ["b"]
+
+
+def test_an_interrupt_at_the_opening_leaves_nothing(tmp_path, monkeypatch):
+    def interrupted(path, *how):
+        open(path, *how).close()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "open", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(tmp_path / "a", b"new")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_full_disk_leaves_nothing(tmp_path, monkeypatch):
