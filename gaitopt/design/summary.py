@@ -254,14 +254,16 @@ def _phase(gait: Gait, phase: ContactPhase) -> Facts:
 def _impact(gait: Gait) -> Facts:
     """The landing: how hard, and how near to slipping and tipping; the worse one of a stride's."""
     impulse = np.stack([one.impulse for one in gait.steps])
-    pushes = bool((impulse[:, 2] > 0.0).all())
+    at_zero_speed = (gait.closing and not gait.striking) or bool(
+        gait.fact("task", "margins", "soft_landing")
+    )  # what is left of the impulse is rounding then: its direction and place say nothing
+    pushes = not at_zero_speed and bool((impulse[:, 2] > 0.0).all())
     return {
         "vertical_impulse_Ns": float(impulse[:, 2].max()),
         "horizontal_impulse_Ns": float(np.hypot(impulse[:, 0], impulse[:, 1]).max()),
-        "friction_used": _friction(impulse[:, :3]),
+        "friction_used": None if at_zero_speed else _friction(impulse[:, :3]),
         "friction_limit": gait.number("task", "margins", "friction"),
-        "at_zero_speed": (gait.closing and not gait.striking)
-        or bool(gait.fact("task", "margins", "soft_landing")),
+        "at_zero_speed": at_zero_speed,
         "rear_foot": _of_standing(gait) if gait.striking else None,
         "foot_flat": _of_standing(gait) if gait.slapping else None,
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(impulse)) if pushes else None,
