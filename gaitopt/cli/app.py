@@ -134,10 +134,7 @@ def optimise(options: OptimiseOptions, settings: Settings) -> None:
     """Design the gait that walks at a given speed for the least effort."""
     from gaitopt.cli import optimise as work
 
-    work.run(
-        settings, config=options.config, output=options.output, fastest=options.fastest,
-        page=options.page, figures=options.figures, quiet=options.quiet,
-    )  # fmt: skip
+    work.run(settings, options)
 
 
 @command(app, _sweep_settings)
@@ -287,10 +284,7 @@ def transition(options: TransitionOptions) -> None:
     """Design the steps from standing to a walk, back, or from one walk to another."""
     from gaitopt.cli import transition as work
 
-    work.run(
-        options.begin, options.finish, options.output, steps=options.steps,
-        duration=options.duration, shift=options.shift, stretch=options.stretch,
-    )  # fmt: skip
+    work.run(options)
 
 
 @command(app)

@@ -10,6 +10,7 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
+from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ProgressDisplay, screen, warn
 from gaitopt.cli.process import (
@@ -49,34 +50,26 @@ _ADVICE = (
 )
 
 
-def run(
-    given: Settings,
-    *,
-    config: Path | None,
-    output: Path | None,
-    fastest: bool,
-    page: bool,
-    figures: bool,
-    quiet: bool,
-) -> None:
+def run(given: Settings, options: OptimiseOptions) -> None:
     """Design a gait, show it, write it; leave with the exit code it deserves.
 
     Raises:
         GaitoptError: bad input, or no gait found.
         typer.Exit: the gait is not certified, or Ctrl-C ended the search for it.
     """
+    output, figures, quiet = options.output, options.figures, options.quiet
     if output is not None:
         require_writable(output)
     else:
         refuse_options({"--figures": figures}, "with --output DIR")
-    request = make_request(given, config)
+    request = make_request(given, options.config)
     errors, out = screen(stderr=True), screen()
     if not quiet:
         print_doubts(errors, request)
     with figure_worker(output is not None and figures) as worker:
         try:
             with small_matrices():
-                if fastest:
+                if options.fastest:
                     from gaitopt.cli.fastest import fastest_walk
 
                     request, found = fastest_walk(request, errors, quiet)
@@ -89,14 +82,18 @@ def run(
             from gaitopt.cli.suggestions import Asked, suggestion_lines
 
             print_error(str(error))
-            asked = Asked(given, config, output, page=page, figures=figures, quiet=quiet)
+            asked = Asked(
+                given, options.config, output, page=options.page, figures=figures, quiet=quiet
+            )
             print_advice(suggestion_lines(error.diagnosis, request, asked))
             raise typer.Exit(error.exit_code) from error
         written: list[Path] = []
         try:  # first the files: whoever reads the tables may close the pipe
             if output is not None:
                 pictures = worker if figures else None
-                results = write_results(found.gait, request, output, page=page, figures=pictures)
+                results = write_results(
+                    found.gait, request, output, page=options.page, figures=pictures
+                )
                 written = _all_written(results, found.gait, output)
         finally:
             if not quiet:

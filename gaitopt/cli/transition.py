@@ -6,6 +6,7 @@ from pathlib import Path
 
 import typer
 
+from gaitopt.cli.command_options import TransitionOptions
 from gaitopt.cli.process import ExitCode, refuse_options
 from gaitopt.cli.results import require_files
 from gaitopt.cli.show import loaded
@@ -19,28 +20,14 @@ STANDING = "standing"
 _SUFFIX = ".npz"
 
 
-def run(
-    begin: str,
-    finish: str,
-    output: Path,
-    *,
-    steps: int,
-    duration: str | None,
-    shift: float,
-    stretch: float,
-) -> None:
+def run(asked: TransitionOptions) -> None:
     """Design a transition and write its file.
-
-    Args:
-        begin, finish: gait files, or "standing".
-        output: file to write.
-        steps, shift, stretch: as of `design_transition`.
-        duration: of the steps [s], one or several joined by commas; None: searched.
 
     Raises:
         GaitoptError: a gait cannot be read, there is no transition, or it cannot be written.
         InputError: the file or a duration is none that can be.
     """
+    begin, finish, output = asked.begin, asked.finish, asked.output
     if output.suffix.lower() != _SUFFIX:
         raise InputError(
             f"cannot write '{output}': files of transitions end in {_SUFFIX}; gaitopt export makes "
@@ -51,13 +38,13 @@ def run(
     if any(output.exists() and one.exists() and output.samefile(one) for one in files):
         raise InputError(f"'{output}' is one of the gaits; give another file to write")
     if STANDING not in (begin, finish):
-        given = {f"--stretch {stretch:g}": stretch != STRETCH}
+        given = {f"--stretch {asked.stretch:g}": asked.stretch != STRETCH}
         refuse_options(given, f"where the robot stands, with '{STANDING}' at one end")
     before, after = _end(begin), _end(finish)
-    lasts = _durations(duration)
     found = design_transition(
-        before, after, steps=steps, durations=lasts, shift=shift, stretch=stretch
-    )
+        before, after, steps=asked.steps, durations=_durations(asked.duration), shift=asked.shift,
+        stretch=asked.stretch,
+    )  # fmt: skip
     for line in _lines(found):
         typer.echo(line)
     typer.echo(f"wrote {save_transition(found.transition, output)}")
