@@ -45,7 +45,7 @@ def test_a_deadline_is_kept_and_the_plan_goes_on_where_it_ended(robot, planner):
     with pytest.raises(InputError, match="there is no walk to use: late"):
         late.gait()
     calls = iter(range(100))
-    stopped = planner.replan(robot, task, stop=lambda: next(calls) >= 3)
+    stopped = planner.replan(robot, task, stop=lambda: next(calls) >= 5)
     assert stopped.outcome == LATE
     whole = planner.replan(robot, task)
     alone = Replanner()
@@ -56,7 +56,7 @@ def test_a_deadline_is_kept_and_the_plan_goes_on_where_it_ended(robot, planner):
     assert whole.solution.cost == pytest.approx(usual.solution.cost, rel=1e-8)
 
 
-@pytest.mark.parametrize(("iterations", "used"), [(2, False), (9, True)])
+@pytest.mark.parametrize(("iterations", "used"), [(2, False), (12, True)])
 def test_a_late_plan_helps_another_task_once_it_is_nearly_a_walk(robot, iterations, used):
     planner, alone = Replanner(), Replanner()
     for one in (planner, alone):
