@@ -646,10 +646,11 @@ def same_numbers(computed: NDArray[Any], stored: NDArray[Any]) -> bool:
 def read_members(source: Path) -> tuple[Arrays, dict[str, str]]:
     """Return the arrays of a file, and the digest of each."""
     if source.is_dir():
-        inside = f"; there is '{source / 'gait.npz'}'" if (source / "gait.npz").is_file() else ""
-        raise bad_file(source, f"is a directory{inside}")
+        raise bad_file(source, f"is a directory{gait_inside(source)}")
     if not source.is_file():
-        raise bad_file(source, "there is no such file")
+        raise bad_file(
+            source, "it is no regular file" if source.exists() else "there is no such file"
+        )
     # Damaged archives raise a dozen unrelated exceptions: zip, zlib, header parser, decoder.
     try:
         if large := too_large(source.stat().st_size, GAIT):
@@ -742,6 +743,12 @@ def read_meta(source: Path, members: Arrays) -> tuple[object, dict[str, object]]
             source, f"its format is {version}, this gaitopt reads {FORMAT}; install a newer gaitopt"
         )
     return version, meta
+
+
+def gait_inside(directory: Path) -> str:
+    """Return words that name the gait in a directory of `gaitopt optimise`; none if it is none."""
+    path = directory / "gait.npz"
+    return f"; there is the gait '{path}'" if path.is_file() else ""
 
 
 def bad_file(source: Path, reason: str) -> GaitFileError:

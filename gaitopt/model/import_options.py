@@ -48,6 +48,7 @@ LIMIT_UNITS = {
 
 LEAST_GRAVITY, MOST_GRAVITY = 0.01, 1000.0
 """Of free fall [m/s²]: what walks must be pressed on the ground; the Sun's has 274."""
+_MOST_ARMATURE = 1000.0  # kg·m²: a leg of 10 kg and 1 m has 3 about its hip
 
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
@@ -98,10 +99,10 @@ class LimitOverride:
         for name in ("torque", "speed"):
             if (value := getattr(self, name)) is not None and not value > 0.0:
                 raise RobotError(f"limits of '{self.joints}': {name} is {value:g}; it must be > 0")
-        if self.armature is not None and not 0.0 <= self.armature < math.inf:
+        if self.armature is not None and not 0.0 <= self.armature <= _MOST_ARMATURE:
             raise RobotError(
                 f"limits of '{self.joints}': armature is {self.armature:g} kg·m²; it must be "
-                "0 or more, and finite"
+                f"from 0 to {_MOST_ARMATURE:g} kg·m²"
             )
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise RobotError(

@@ -113,11 +113,16 @@ class Database:
     def __init__(self, directory: Path) -> None:
         self.path = directory / DATABASE
         self._lock = _lock(directory)
+        self._new = not self.path.exists()
         try:
             self._connection = _connected(self.path, "rwc")
-            self._connection.executescript(_SCHEMA)
         except sqlite3.Error as error:
             self._lock.close()
+            raise self._unwritable(error) from error
+        try:
+            self._connection.executescript(_SCHEMA)
+        except sqlite3.Error as error:
+            self.close(leave=False)
             raise self._unwritable(error) from error
 
     def __enter__(self) -> Database:
@@ -128,10 +133,17 @@ class Database:
     ) -> None:
         self.close()
 
-    def close(self) -> None:
-        """Let others write."""
+    def close(self, leave: bool = True) -> None:
+        """Let others write.
+
+        Args:
+            leave: whether to leave a file that was not there before.
+        """
         with suppress(sqlite3.Error):
             self._connection.close()
+        if self._new and not leave:  # while nobody else can have begun to write it
+            with suppress(OSError):
+                self.path.unlink()
         self._lock.close()
 
     def write(

@@ -343,7 +343,7 @@ class Writer:
             self.states, self.faults = self._begun(record)
             (directory / GAITS).mkdir(exist_ok=True)
         except BaseException as error:
-            self._database.close()
+            self._database.close(leave=False)
             if isinstance(error, OSError):
                 reason = (error.strerror or "unknown").lower()
                 raise InputError(f"cannot make '{directory / GAITS}': {reason}") from error

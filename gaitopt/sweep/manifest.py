@@ -14,6 +14,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError, SpecError
+from gaitopt.gait.gait_file import gait_inside
 from gaitopt.gait.task import Task, task_record
 from gaitopt.model.import_options import choices_from_record, choices_record
 from gaitopt.sweep.grid import Axis, Grid, Index
@@ -117,8 +118,8 @@ def damaged(directory: Path, what: str, error: Exception) -> GaitFileError:
 def no_library(directory: Path, file: str) -> GaitFileError:
     """Return the error that a directory has no file that makes it a library."""
     return GaitFileError(
-        f"'{directory}' is no gait library: it has no readable {file}; give a directory that "
-        "gaitopt sweep has written"
+        f"'{directory}' is no gait library: it has no readable {file}{gait_inside(directory)}; "
+        "give a directory that gaitopt sweep has written"
     )
 
 

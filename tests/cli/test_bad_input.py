@@ -55,6 +55,7 @@ CASES = [
     (["--trunk-yaw", "3"], "trunk_yaw is 3.0 rad; it must be at most 1.5708"),
     (["--swing-tilt", "5"], "swing_tilt is 5.0 rad; it must be at most 1; other units .*deg"),
     (["--gravity", "1e9"], "gravity is 1e.09 m/s²; .* more than 1000 m/s² is nowhere"),
+    (["--armature", "*=1e9"], "armature is 1e.09 kg·m²; it must be from 0 to 1000 kg·m²"),
     (["--gravity", "0"], "gravity is 0 m/s²; a walk needs at least 0.01 m/s²"),
     (["--free", "bogus"], "no geometric quantity 'bogus'"),
     (["--fix", "pelvis_roll"], "--fix pelvis_roll: give a name and a number"),
@@ -175,6 +176,11 @@ def test_other_commands_refuse(cli, workplace, words, pattern):
 def test_commands_that_take_a_gait_refuse(cli, workplace, designed, words, pattern):
     refused(cli(words[0], designed / "gait.npz", *words[1:]), pattern)
     assert {path.name for path in workplace.iterdir()} == set(FILES)
+
+
+@pytest.mark.parametrize("command", ["check", "library", "requirements"])
+def test_the_gait_of_a_directory_is_pointed_to(cli, designed, command):
+    refused(cli(command, designed), r"; there is the gait '.*gait\.npz'; give")
 
 
 @pytest.mark.parametrize("command", ["check", "play", "plot"])

@@ -132,14 +132,20 @@ def test_a_foreign_file_is_refused(tmp_path, content, reason):
         load_gait(path)
 
 
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(GaitFileError, match="there is no such file"):
-        load_gait(tmp_path / "nothing.npz")
-    with pytest.raises(GaitFileError, match="is a directory; give one that"):
-        load_gait(tmp_path)
-    (tmp_path / "gait.npz").touch()
-    with pytest.raises(GaitFileError, match=r"is a directory; there is '.*gait\.npz'"):
-        load_gait(tmp_path)
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("nothing.npz", "there is no such file"),
+        (".", "is a directory; give one that"),
+        ("walk", r"is a directory; there is the gait '.*walk.gait\.npz'; give one that"),
+        (os.devnull, "it is no regular file; give one that"),
+    ],
+)
+def test_what_is_no_file_is_refused(tmp_path, path, reason):
+    (tmp_path / "walk").mkdir()
+    (tmp_path / "walk" / "gait.npz").touch()
+    with pytest.raises(GaitFileError, match=reason):
+        load_gait(tmp_path / path)
 
 
 def test_a_motion_is_told_from_a_damaged_gait(tmp_path):

@@ -130,7 +130,11 @@ def test_a_toml_file_and_its_text_are_read(tmp_path):
         ("[[limits]]\njoints='a'\nlower=1\nupper=0.5", "from 1 to 0.5 rad; lower must be below"),
         ("[[limits]]\njoints='a'\nlower=inf", "'a': lower is inf rad, .* finite angle .*-inf in"),
         ("[[limits]]\njoints='a'\nupper=-inf", "'a': upper is -inf rad, which no joint can keep"),
-        ("[[limits]]\njoints='a'\narmature=-0.1", "armature is -0.1 kg·m²; it must be 0 or more"),
+        (
+            "[[limits]]\njoints='a'\narmature=-0.1",
+            "armature is -0.1 kg·m²; .* from 0 to 1000 kg·m²",
+        ),
+        ("[[limits]]\njoints='a'\narmature=inf", "armature is inf kg·m²; .* from 0 to 1000 kg·m²"),
         ("[limits]\njoints='a'", r"limits must be a list of tables \(\[\[limits\]\]\)"),
         ("forward = 'north'", "forward is 'north'; it must be one of 'x', 'y'"),
         ("up = [0, 0, 0]", r"up must be an axis name \(x, y, .*\) or three numbers, not all 0"),

@@ -108,6 +108,18 @@ def test_what_is_no_database(tmp_path, content):
         Database(tmp_path)
 
 
+@pytest.mark.parametrize("new", [True, False])
+def test_a_writer_that_was_refused_leaves_no_new_file(two, tmp_path, monkeypatch, new):
+    directory = tmp_path / "new" if new else two
+    directory.mkdir(exist_ok=True)
+    monkeypatch.setattr(
+        "gaitopt.sweep.database._SCHEMA", "CREATE TABLE manifest ("
+    )  # as on a full disk
+    with pytest.raises(InputError, match="cannot write"):
+        Database(directory)
+    assert (directory / DATABASE).exists() is not new
+
+
 def test_a_directory_in_place_of_the_file(tmp_path):
     (tmp_path / DATABASE).mkdir()
     with pytest.raises(GaitFileError, match="it is no file"):

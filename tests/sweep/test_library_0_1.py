@@ -150,11 +150,14 @@ def test_a_line_that_is_no_json_is_named(old):
         open_library(old)
 
 
-def test_a_manifest_of_another_format_is_refused(old):
+def test_a_manifest_of_another_format_is_refused(robot, old):
     manifest = json.loads((old / "manifest.json").read_text())
     (old / "manifest.json").write_text(json.dumps({**manifest, "format": 1}))
     with pytest.raises(GaitoptError, match="of another format than 2"):
         open_library(old)
+    with pytest.raises(GaitoptError, match="of another format than 2"):
+        sweep(robot, TASK, [AXIS], old, QUICK)
+    assert not (old / "library.sqlite").exists()
 
 
 @pytest.mark.parametrize("name", ["manifest.json", "journal.jsonl"])
