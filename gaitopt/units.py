@@ -35,6 +35,21 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }
 """Units of one dimension by the SI unit of it, and their sizes in that."""
 
+_LINEAR = {
+    "torque": "force", "angle": "travel",
+    "N·m": "N", "N.m": "N", "Nm": "N", "kg·m²": "kg", "rad": "m",
+}  # fmt: skip
+_ANGULAR = re.compile(r"torque|angle|N[·.]?m|kg·m²|(?<![a-z])rad(?![a-z])")
+
+
+def motion_words(words: str, *, slides: bool) -> str:
+    """Return names, units and keys of a joint that turns as those of one that slides, if it does.
+
+    Torque [N·m], angle [rad], speed [rad/s], armature [kg·m²] become force [N], travel [m],
+    speed [m/s], armature [kg]; "peak_torque_Nm" becomes "peak_force_N".
+    """
+    return _ANGULAR.sub(lambda found: _LINEAR[found[0]], words) if slides else words
+
 
 def read_quantity(value: object, unit: str) -> float:
     """Return a quantity in its SI unit.

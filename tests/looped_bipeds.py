@@ -39,6 +39,7 @@ def parallel_ankles(
     turned=0.0,
     narrow=False,
     welded=False,
+    sliding=(),
 ) -> str:
     """An MJCF text; every option changes how the same loops are written down.
 
@@ -46,10 +47,11 @@ def parallel_ankles(
         rods: what joins them to their cranks, of `JOINTS`.
         sites: whether loops are closed between sites, and not between bodies.
         on_foot: whether the rods hang on the foot, and not on the cranks.
-        torque: of the motors [N·m].
-        armature: of the cranks [kg·m²].
+        torque: of the motors [N·m; N].
+        armature: of the cranks [kg·m²; kg].
         narrow: whether the ankles have a range in which cranks are never at a dead point.
         welded: whether rods end in a cup on a ball, which is welded to the foot.
+        sliding: which of `RODS` hang on nuts that slide along the shin in place of cranks.
         turned: angle by which the file draws the cranks away from where the loops close [rad].
     """
     root = ET.fromstring(plain_mjcf())
@@ -67,9 +69,12 @@ def parallel_ankles(
             own = f"{side}_{name}"
             s, c = np.sin(turned), np.cos(turned)
             drawn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ (end - centre)
+            moves = "axis='0 1 0' range='-1.2 1.2'"
+            if name in sliding:
+                moves = "type='slide' axis='0 0 1' range='-0.05 0.05'"
             crank = ET.fromstring(
                 f"<body name='{own}_crank' pos='{_text(centre)}'><joint name='{own}_motor' "
-                f"axis='0 1 0' range='-1.2 1.2' armature='{armature!r}'/><inertial "
+                f"{moves} armature='{armature!r}'/><inertial "
                 f"pos='{_text(drawn / 2.0)}' mass='0.1' diaginertia='4e-5 4e-5 4e-5'/></body>"
             )
             shin.append(crank)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from rich.console import Console, RenderableType
@@ -26,11 +27,12 @@ from gaitopt.cli.display import (
 )
 from gaitopt.cli.request import Request
 from gaitopt.design.shadow_prices import SETTING
-from gaitopt.design.summary import proof_rows, summarise
+from gaitopt.design.summary import by_motion, proof_rows, summarise
 from gaitopt.escape import printable
 from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.result import Gait, Recorded
 from gaitopt.importers.report import Finding, findings_of
+from gaitopt.units import motion_words
 
 _PRICES = 6
 """Numbers whose worth is shown, those of the greatest effect."""
@@ -57,7 +59,7 @@ def print_gait(console: Console, gait: Gait) -> None:
     for part in (
         _headline(facts),
         _walk(facts),
-        _joints([*facts["joints"], *facts["linkages"]], bars=width >= WIDTH),
+        *_motors([*facts["joints"], *facts["linkages"]], bars=width >= WIDTH),
         _ground(facts["contact"], facts["impact"]),
         *_prices(facts["shadow_prices"]),
         certificate_table(facts["solver"], facts["certificate"]),
@@ -111,24 +113,29 @@ def _walk(facts: Any) -> Table:
     return table
 
 
-def _joints(joints: list[Mapping[str, Any]], *, bars: bool) -> Table:
+def _motors(motors: list[Mapping[str, Any]], *, bars: bool) -> Iterator[Table]:
+    """Yield the table of joints and motors that turn, and that of motors that slide, if any."""
     length = BAR if bars else 0
-    table = new_table(
-        "Motors", "joint", "leg", ">peak\nN·m", ">RMS\nN·m", "torque\nof limit, N·m",
-        ">peak\nrad/s", "speed\nof limit, rad/s", ">peak\nW",
-    )  # fmt: skip
-    for i, joint in enumerate(joints):
-        table.add_row(
-            printable(joint["joint"]) if i % 2 == 0 else "",
-            joint["leg"],
-            f"{joint['peak_torque_Nm']:.1f}",
-            f"{joint['rms_torque_Nm']:.1f}",
-            bar(joint["torque_used"], joint["torque_limit_Nm"], length),
-            f"{joint['peak_speed_rad_per_s']:.2f}",
-            bar(joint["speed_used"], joint["speed_limit_rad_per_s"], length),
-            f"{joint['peak_power_W']:.0f}",
-        )
-    return table
+    for slides, own in by_motion(motors):
+        words = partial(motion_words, slides=slides)
+        heads = (
+            ">peak\nN·m", ">RMS\nN·m", "torque\nof limit, N·m", ">peak\nrad/s",
+            "speed\nof limit, rad/s", ">peak\nW",
+        )  # fmt: skip
+        title = "Linear motors" if slides else "Motors"
+        table = new_table(title, "joint", "leg", *map(words, heads))
+        for i, one in enumerate(own):
+            table.add_row(
+                printable(one["joint"]) if i % 2 == 0 else "",
+                one["leg"],
+                f"{one[words('peak_torque_Nm')]:.1f}",
+                f"{one[words('rms_torque_Nm')]:.1f}",
+                bar(one[words("torque_used")], one[words("torque_limit_Nm")], length),
+                f"{one[words('peak_speed_rad_per_s')]:.2f}",
+                bar(one["speed_used"], one[words("speed_limit_rad_per_s")], length),
+                f"{one['peak_power_W']:.0f}",
+            )
+        yield table
 
 
 def _prices(records: Any) -> list[Table]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from rich.console import Console
 from rich.table import Table
 
 from gaitopt.actuators.motors import MotorTable, read_motors
@@ -14,6 +15,7 @@ from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
 from gaitopt.design.requirements import (
     FIGURES,
+    UNITS,
     USES,
     MotorLoop,
     MotorRequirement,
@@ -26,6 +28,7 @@ from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
 from gaitopt.sweep.library import open_library
+from gaitopt.units import motion_words
 from gaitopt.view.requirements_file import RPM, check_suffix, write_requirements
 
 WIDTH = 80  # columns, which every table fits
@@ -75,7 +78,7 @@ def run(asked: RequirementsOptions) -> None:
     width = min(out.width, WIDTH)
     each = requirements_of(loops)
     worst = worst_case(each)
-    out.print(requirements_table(worst, _TITLE), width=width)
+    _print_requirements(out, worst, _TITLE)
     uses = [] if table is None else motor_uses(loops, table)
     if uses:
         out.print(use_table(worst_case(uses, USES)), width=width)
@@ -86,7 +89,7 @@ def run(asked: RequirementsOptions) -> None:
             out.print(f"{number}: {label}", soft_wrap=True)
     if other:
         theirs = worst_case(requirements_of(other))
-        out.print(requirements_table(theirs, "The other design"), width=width)
+        _print_requirements(out, theirs, "The other design")
         out.print(difference_table(worst, theirs), width=width)
     if output is not None:
         out.print(f"wrote {write_requirements(each, worst, output, uses)}", soft_wrap=True)
@@ -130,12 +133,19 @@ def _gaits_in(path: Path) -> dict[str, Gait]:
     return {f"{path}: {library.grid.name(point)}": library.gait(point) for point in sorted(done)}
 
 
-def requirements_table(worst: Sequence[MotorRequirement], title: str) -> Table:
-    """Return the table of what motors must deliver, a line each."""
-    table = new_table(title, "motor", *(f">{_HEADERS[name]}" for name in FIGURES))
-    for one in worst:
-        table.add_row(one.motor, *(_cell(name, one.values[name]) for name in FIGURES))
-    return table
+def _print_requirements(out: Console, worst: Sequence[MotorRequirement], title: str) -> None:
+    """Print what motors must deliver, a line each: those that turn, then those that slide."""
+    for slides in (False, True):
+        own = [one for one in worst if one.slides == slides]
+        heads = [motion_words(_HEADERS[name], slides=slides) for name in FIGURES]
+        if slides:
+            title, heads = "Linear motors", [head.replace("rpm", "m/s") for head in heads]
+        table = new_table(title, "motor", *(f">{head}" for head in heads))
+        for one in own:
+            cells = (_cell(name, one.values[name], slides=slides) for name in FIGURES)
+            table.add_row(one.motor, *cells)
+        if own:
+            out.print(table, width=min(out.width, WIDTH))
 
 
 def use_table(worst: Sequence[MotorRequirement]) -> Table:
@@ -167,18 +177,18 @@ def deciding_table(worst: Sequence[MotorRequirement], numbers: Mapping[str, str]
 
 def difference_table(worst: Sequence[MotorRequirement], other: Sequence[MotorRequirement]) -> Table:
     """Return the table of how much more the other design asks of each motor [%]."""
-    theirs = {one.motor: one.values for one in other}
-    names = [*(one.motor for one in worst), *theirs]
-    own = {one.motor: one.values for one in worst}
+    own, theirs = ({(one.motor, one.slides): one.values for one in of} for of in (worst, other))
     headers = (f">{_HEADERS[name].split()[0]}\n%" for name in FIGURES)
     table = new_table("How much more the other design asks", "motor", *headers)
-    for motor in dict.fromkeys(names):
+    for motor in dict.fromkeys([*own, *theirs]):
         cells = (_change(own.get(motor), theirs.get(motor), name) for name in FIGURES)
-        table.add_row(motor, *cells)
+        table.add_row(motor[0], *cells)
     return table
 
 
-def _cell(name: str, value: float) -> str:
+def _cell(name: str, value: float, *, slides: bool) -> str:
+    if slides and "rad" in UNITS[name]:
+        return f"{value:.3f}"
     shown = value / _SCALES.get(name, 1.0)
     return f"{shown:.1f}" if shown < 100.0 else f"{shown:.0f}"
 

@@ -33,10 +33,11 @@ class MotorLoop:
         motor: the name that the joints of both sides share.
         joint: one of these joints.
         time: from 0 to the end of the second step [s], shape (N,).
-        torque: of the motor [N·m], shape (N,).
-        rate: [rad/s], shape (N,).
-        acceleration: [rad/s²], shape (N,).
-        torque_limit, speed_limit: of a motor of a linkage [N·m, rad/s]; None for none.
+        torque: of the motor [N·m], shape (N,); its force [N] if it slides.
+        rate: [rad/s; m/s], shape (N,).
+        acceleration: [rad/s²; m/s²], shape (N,).
+        torque_limit, speed_limit: of a motor of a linkage [N·m, rad/s; N, m/s]; None for none.
+        slides: whether it is a linear motor.
     """
 
     motor: str
@@ -47,11 +48,16 @@ class MotorLoop:
     acceleration: Array
     torque_limit: float | None = None
     speed_limit: float | None = None
+    slides: bool = False
 
     @property
     def power(self) -> Array:
         """Mechanical power [W], shape (N,): above zero where the motor drives."""
         return self.torque * self.rate
+
+    def drive(self, table: MotorTable) -> Drive | None:
+        """Return motor and gear of a table, if it has them: it has none that slide."""
+        return None if self.slides else table.drive(self.joint)
 
     def mean(self, values: Array) -> float:
         """Return the mean over the stride of values at `time`, shape (N,)."""
@@ -60,7 +66,7 @@ class MotorLoop:
 
 @dataclass(frozen=True)
 class Requirement:
-    """What one motor must deliver in one gait, sizes without sign.
+    """What one motor must deliver in one gait, sizes without sign; in N and m/s if it slides.
 
     Attributes:
         motor: as of `MotorLoop`.
@@ -73,6 +79,7 @@ class Requirement:
         peak_power: largest power that the motor gives [W].
         regenerated_power: largest power that it takes back [W].
         duty: share of the time in which the torque is above half of its peak.
+        slides: whether it is a linear motor.
     """
 
     motor: str
@@ -85,10 +92,8 @@ class Requirement:
     peak_power: float
     regenerated_power: float
     duty: float
+    slides: bool = False
 
-
-FIGURES = tuple(one.name for one in fields(Requirement) if one.name not in ("motor", "gait"))
-"""Names of the numbers of a `Requirement`."""
 
 UNITS = {
     "peak_torque": "N·m",
@@ -100,6 +105,9 @@ UNITS = {
     "regenerated_power": "W",
     "duty": "",
 }
+"""Of the numbers of a `Requirement`; for motors that slide see `motion_words`."""
+FIGURES = tuple(UNITS)
+"""Their names."""
 
 _DECIDING = {"speed_at_peak_torque": "peak_torque", "torque_at_peak_speed": "peak_speed"}
 """Figures that go with another one: they are of the gait in which that is largest."""
@@ -147,11 +155,13 @@ class MotorRequirement:
         values: by the names of `FIGURES` or `USES`, the largest over the gaits; speed at peak
             torque and torque at peak speed are of the gait that has the peak.
         gaits: label of the gait that decides each of them.
+        slides: whether it is a linear motor.
     """
 
     motor: str
     values: Mapping[str, float]
     gaits: Mapping[str, str]
+    slides: bool = False
 
 
 def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
@@ -188,7 +198,7 @@ def own_motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLo
             MotorLoop(
                 name, linkage.motors[k], time, of["torque"][:, k], of["speed"][:, k],
                 group.accelerations(rate, acceleration, q)[:, k], linkage.torque[k],
-                linkage.speed[k],
+                linkage.speed[k], linkage.slides(k),
             )
         )  # fmt: skip
     return loops
@@ -254,6 +264,7 @@ def requirement(loop: MotorLoop, gait: str) -> Requirement:
         peak_power=float(max(power.max(), 0.0)),
         regenerated_power=float(max(-power.min(), 0.0)),
         duty=loop.mean((torque > _LOADED * torque[strongest]).astype(float)),
+        slides=loop.slides,
     )
 
 
@@ -321,7 +332,7 @@ def motor_uses(loops: Mapping[str, Sequence[MotorLoop]], table: MotorTable) -> l
         (k, motor_use(loop, label, drive))
         for label, of in loops.items()
         for k, loop in enumerate(of)
-        if (drive := table.drive(loop.joint)) is not None
+        if (drive := loop.drive(table)) is not None
     ]
     return [use for _, use in sorted(found, key=lambda one: one[0])]
 
@@ -346,4 +357,6 @@ def _worst(
 ) -> MotorRequirement:
     deciding = {name: max(of, key=attrgetter(_DECIDING.get(name, name))) for name in names}
     values = {name: float(getattr(one, name)) for name, one in deciding.items()}
-    return MotorRequirement(motor, values, {name: one.gait for name, one in deciding.items()})
+    gaits = {name: one.gait for name, one in deciding.items()}
+    slides = any(isinstance(one, Requirement) and one.slides for one in of)
+    return MotorRequirement(motor, values, gaits, slides)

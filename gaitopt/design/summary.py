@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from itertools import takewhile
 from typing import Any
@@ -26,6 +26,7 @@ from gaitopt.importers.report import findings_of
 from gaitopt.nlp import Array
 from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
+from gaitopt.units import motion_words
 
 Facts = dict[str, object]
 _ENVELOPE, _ENERGY = MotorEnvelope.name, ElectricalEnergy.name
@@ -432,7 +433,8 @@ def motor_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
 def linkage_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
     """Return two records for each motor of a linkage, in the stance and in the swing leg.
 
-    They are those of `joint_summaries`: of the motor's torque and speed, and its limits.
+    They are those of `joint_summaries`: of the motor's torque and speed, and its limits. Motors
+    that slide have others of force and speed: `peak_force_N` for `peak_torque_Nm`, and so on.
     """
     return [
         {"joint": name, "name": group.linkage.motors[k], "leg": leg, "turns": list(group.names)}
@@ -440,6 +442,20 @@ def linkage_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
         for name, pair, k in linkage_motors(gait)
         for group, leg in zip(pair, ("stance", "swing"), strict=True)
     ]
+
+
+def by_motion(
+    records: Iterable[Mapping[str, Any]],
+) -> Iterator[tuple[bool, list[Mapping[str, Any]]]]:
+    """Yield the records of joints and motors that turn, then of those that slide, if there are any.
+
+    Each with whether these slide: keys and units of them are the `motion_words` of those that turn.
+    """
+    known = list(records)
+    for slides in (False, True):
+        key = motion_words("peak_torque_Nm", slides=slides)
+        if own := [one for one in known if key in one]:
+            yield slides, own
 
 
 def linkage_motors(gait: Recorded) -> list[tuple[str, list[DrivenJoints], int]]:
@@ -506,7 +522,8 @@ def pair_name(gait: Recorded, joint: int) -> str:
 def _demand(gait: Gait | Transition, joints: list[int]) -> dict[str, object]:
     """Return peaks over the joints, and effective torque over as many steps."""
     each = [(one.torque[:, joints], one.dq[:, joints]) for one in gait.steps]
-    return _figures(gait, each, *(_limit(gait, kind, joints) for kind in ("torque", "speed")))
+    limits = (_limit(gait, kind, joints) for kind in ("torque", "speed"))
+    return _figures(gait, each, *limits, slides=False)
 
 
 def _motor_demand(
@@ -522,7 +539,8 @@ def _motor_demand(
         for step in values
     ]
     linkage = groups[0].linkage
-    return _figures(gait, each, linkage.torque[motor], linkage.speed[motor])
+    limits = linkage.torque[motor], linkage.speed[motor]
+    return _figures(gait, each, *limits, slides=linkage.slides(motor))
 
 
 def _figures(
@@ -530,6 +548,8 @@ def _figures(
     each: list[tuple[Array, Array]],
     torque_limit: float | None,
     speed_limit: float | None,
+    *,
+    slides: bool,
 ) -> dict[str, object]:
     """Return peaks and effective torque of torques and rates (N, c) of each step."""
     squares = [
@@ -539,7 +559,7 @@ def _figures(
     mean_square = sum(squares) / sum(one.duration for one in gait.steps)
     torque, rate = (np.concatenate(parts) for parts in zip(*each, strict=True))
     peak_torque, peak_speed = float(np.abs(torque).max()), float(np.abs(rate).max())
-    return {
+    figures = {
         "peak_torque_Nm": peak_torque,
         "rms_torque_Nm": float(np.sqrt(mean_square)),
         "torque_limit_Nm": torque_limit,
@@ -549,6 +569,7 @@ def _figures(
         "speed_used": None if speed_limit is None else peak_speed / speed_limit,
         "peak_power_W": float(np.abs(torque * rate).max()),
     }
+    return {motion_words(key, slides=slides): value for key, value in figures.items()}
 
 
 def _limit(gait: Recorded, kind: str, joints: list[int]) -> float | None:

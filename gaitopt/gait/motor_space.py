@@ -26,6 +26,7 @@ from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, Constrain
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.model.linkage import Linkage
 from gaitopt.nlp import Array
+from gaitopt.units import motion_words
 
 if TYPE_CHECKING:
     from gaitopt.model.multibody import Multibody
@@ -64,7 +65,8 @@ class DrivenJoints:
             torque, rate, q: of the robot's joints [N·m, rad/s, rad], shape (K, n) each.
 
         Returns:
-            Shape (K, m) each [N·m, rad/s, W, rad]; and the cosines of `Reach` before the angle.
+            Shape (K, m) each [N·m, rad/s, W, rad; of motors that slide N, m/s, W, m]; and the
+            cosines of `Reach` before the angle.
         """
         at = self.motors(q)
         J = at.jacobian
@@ -329,7 +331,8 @@ def _limited(group: DrivenJoints) -> list[tuple[int, str, float, float, float]]:
             zip(linkage.motors, getattr(linkage, kind), strict=True)
         ):
             if limit is not None:
-                label = f"{group.names[0]} {kind} of motor {motor}"
+                told = motion_words(kind, slides=linkage.slides(i))
+                label = f"{group.names[0]} {told} of motor {motor}"
                 found.append((k * m + i, label, limit, least, 1.0))
     if linkage.rods:
         for i, motor in enumerate(linkage.motors):
@@ -340,7 +343,8 @@ def _limited(group: DrivenJoints) -> list[tuple[int, str, float, float, float]]:
             found.append((len(_KINDS) * m + i, f"{joint} range of its loops", DEAD, -1.0, 1.0))
     for i, (motor, ends) in enumerate(zip(linkage.motors, linkage.range, strict=True)):
         if ends is not None:
-            label = f"{group.names[0]} angle of motor {motor}"
+            told = motion_words("angle", slides=linkage.slides(i))
+            label = f"{group.names[0]} {told} of motor {motor}"
             largest = max(abs(end) for end in ends if np.isfinite(end))
             low, high = (end / largest if np.isfinite(end) else FREE * end for end in ends)
             found.append(((1 + len(_KINDS)) * m + i, label, largest, low, high))

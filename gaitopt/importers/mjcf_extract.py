@@ -40,6 +40,7 @@ from gaitopt.importers.pinocchio_model import MOST_JOINTS
 from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.ties import Tie, fault_of_tie, resolved
 from gaitopt.importers.xml_document import FileProblem, XmlTree
+from gaitopt.units import motion_words
 
 _CARRIER_MASS_SHARE = 0.01  # of the robot's mass: a body that only carries a joint of the root
 _MOST_ROOT_JOINTS = 6
@@ -434,7 +435,8 @@ class _Extraction:
         for joint in joints:
             least, most = self.forces.ranges.get(joint, FREE)
             name = self.joint_names[joint]
-            unit = "N" if int(self.model.jnt_type[joint]) == self.bodies.slide else "N·m"
+            slides = int(self.model.jnt_type[joint]) == self.bodies.slide
+            unit = motion_words("N·m", slides=slides)
             given = f"its motors give from {least:g} to {most:g} {unit}"
             if not least < 0.0 < most:
                 text = (

@@ -11,6 +11,7 @@ import pinocchio as pin
 from numpy.polynomial import Polynomial
 
 from gaitopt.importers.ties import Tie
+from gaitopt.units import motion_words
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -284,7 +285,7 @@ def _joint_fault(joint: CompiledJoint) -> str:
     if max(map(abs, joint.pos)) >= _LARGEST_COORDINATE:
         return f"its anchor is {_LARGEST_COORDINATE:g} m away or more; correct it"
     if not joint.lower < joint.upper or math.inf in (joint.lower, -joint.upper):
-        unit = "m" if joint.kind == "slide" else "rad"
+        unit = motion_words("rad", slides=joint.kind == "slide")
         return (
             f"the range is from {joint.lower:g} to {joint.upper:g} {unit}; lower must be below "
             "upper; correct it"

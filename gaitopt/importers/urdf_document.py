@@ -22,6 +22,7 @@ from gaitopt.escape import printable
 from gaitopt.importers.report import Faults, listed
 from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number
 from gaitopt.nlp import Array
+from gaitopt.units import motion_words
 
 Vector = tuple[float, float, float]
 
@@ -58,8 +59,9 @@ _SIMILAR_ATTRIBUTES = 0.66  # and of three, as in xzy
 LIMITED_TYPES = ("revolute", "prismatic")
 FREE_TYPES = ("floating", "planar")
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_UNITS = {"prismatic": ("N", "m/s", "m", "N·s/m")}
-_ANGULAR_UNITS = ("N.m", "rad/s", "rad", "N·m·s/rad")
+_UNITS = {
+    "effort": "N.m", "velocity": "rad/s", "lower": "rad", "upper": "rad", "damping": "N·m·s/rad",
+}  # fmt: skip
 _QUATERNION_VERSION = (1, 2)  # version of URDF from which on an origin may have one
 _UNIT_QUATERNION_ERROR = 1e-3  # of its length from 1: four digits of each number
 
@@ -363,8 +365,7 @@ def _dynamics(joint: NamedElement, kind: str) -> tuple[float, float]:
 
 def limit_unit(kind: str, name: str) -> str:
     """Return the unit of "effort", "velocity", "lower", "upper" or "damping" of a joint."""
-    places = {"effort": 0, "velocity": 1, "lower": 2, "upper": 2, "damping": 3}
-    return _UNITS.get(kind, _ANGULAR_UNITS)[places[name]]
+    return motion_words(_UNITS[name], slides=kind == "prismatic")
 
 
 def _from_rpy(rpy: Vector) -> Array:

@@ -93,8 +93,9 @@ class Linkage(NamedTuple):
         motors: names of as many motors.
         jacobian: rates of the motors per rate of the joints, a row for each motor; empty with rods.
         rods: of each motor; empty with a Jacobian.
-        torque, speed, power: limits of each motor [N·m, rad/s, W]; None for none.
-        range: least and largest angle of each motor, which is at 0 where all joints are [rad];
+        torque, speed, power: limits of each motor [N·m, rad/s, W; N, m/s, W where it slides];
+            None for none.
+        range: least and largest angle of each motor, which is at 0 where all joints are [rad; m];
             None for none.
         closure: loops of other shapes than a crank with a rod; with neither Jacobian nor rods.
     """
@@ -108,6 +109,11 @@ class Linkage(NamedTuple):
     power: tuple[float | None, ...]
     range: tuple[tuple[float, float] | None, ...]
     closure: Closure | None = None
+
+    def slides(self, motor: int) -> bool:
+        """Return whether a motor slides along its axis in place of turning about it."""
+        closure = self.closure
+        return closure is not None and closure.slides[closure.motors[motor]]
 
 
 def _gap(closure: Closure, values: Array) -> tuple[Array, Array]:

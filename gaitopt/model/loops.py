@@ -22,9 +22,10 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, LoopFrames
 from gaitopt.importers.report import Finding, listed
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, joint_kind
+from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, joint_slides
 from gaitopt.model.linkage import MOST_JOINTS, OPEN, Closure, Linkage, Point, Rod, first_fault
 from gaitopt.nlp import Array
+from gaitopt.units import motion_words
 
 _STEP = 0.05  # rad: of a joint of the leg, while its loops are followed
 _NEWTON = 30  # iterations from one step to the next; a handful are needed
@@ -130,11 +131,14 @@ def _tighter(one: _Mechanism, twin: _Mechanism) -> tuple[Linkage, list[Finding]]
             "the mirror image"
         )
         findings.append(Finding("loops", " and ".join(own.joints), text, "warning"))
-    for motor, mine, k in zip(own.motors, own.range, order, strict=True):
+    for i, (motor, mine, k) in enumerate(zip(own.motors, own.range, order, strict=True)):
+        slides = own.slides(i)
+        unit = motion_words("rad", slides=slides)
         if not _same_range(mine, its := other.range[k]):
+            moves = "slides" if slides else "turns"
             text = (
-                f"turns {_range_words(mine)}, '{other.motors[k]}' of the other leg "
-                f"{_range_words(its)}; the first holds for both, mirrored: narrow it by "
+                f"{moves} {_range_words(mine, unit)}, '{other.motors[k]}' of the other leg "
+                f"{_range_words(its, unit)}; the first holds for both, mirrored: narrow it by "
                 f"--limit {motor}.range=LOW:HIGH if the other is tighter"
             )
             findings.append(Finding("loops", f"'{motor}'", text, "warning"))
@@ -155,8 +159,8 @@ def _same_range(one: tuple[float, float] | None, other: tuple[float, float] | No
     return any(np.allclose(one, ends, rtol=_UNLIKE) for ends in (other, (-other[1], -other[0])))
 
 
-def _range_words(ends: tuple[float, float] | None) -> str:
-    return "without a range" if ends is None else f"from {ends[0]:.4g} to {ends[1]:.4g}"
+def _range_words(ends: tuple[float, float] | None, unit: str) -> str:
+    return "without a range" if ends is None else f"from {ends[0]:.4g} to {ends[1]:.4g} {unit}"
 
 
 def _pairing(one: _Mechanism, twin: _Mechanism) -> list[int]:
@@ -530,7 +534,7 @@ class _Mechanism:
 
     def _unit(self, joint: int) -> str:
         """Return the unit of what a motor gives."""
-        return "N" if joint_kind(self.model.joints[joint]) == "prismatic" else "N·m"
+        return motion_words("N·m", slides=joint_slides(self.model.joints[joint]))
 
     def _axis(self, joint: int) -> Array:
         pin.computeJointJacobians(self.model, self.data)
@@ -570,7 +574,10 @@ class _Mechanism:
             + (" (no torque limit)" if most is None else f" ({most:.4g} {self._unit(motor)})")
             for motor, most in zip(self.turned, linkage.torque, strict=True)
         ]
-        rates = "; ".join(", ".join(f"{n:.3g}" for n in row) for row in self.rates)
+        rates = "; ".join(
+            ", ".join(f"{n:.3g}" for n in row) + " m/rad" * linkage.slides(motor)
+            for motor, row in enumerate(self.rates)
+        )
         through = "cranks and rods" if linkage.rods else "loops of bodies"
         text = f"turned by {' and '.join(motors)} through {through}, at rates {rates}"
         bodies = {j for one in self.others for j in model.subtrees[one]}

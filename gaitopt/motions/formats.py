@@ -20,6 +20,7 @@ from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.motions.motion import SCALAR_FIRST, Motion
 from gaitopt.nlp import Array
+from gaitopt.units import motion_words
 
 _AXES = ("x", "y", "z")
 _WRENCH = tuple(f"{part}_{axis}" for part in ("force", "moment") for axis in _AXES)
@@ -164,9 +165,8 @@ def table_columns(motion: Motion) -> dict[str, Array]:
         for name, turn, column in zip(
             motion.joint_names, turns, getattr(samples, quantity).T, strict=True
         ):
-            effort, angle = ("N.m", "rad") if turn else ("N", "m")
-            unit = effort if quantity == "torque" else f"{angle}{per}"
-            columns[f"{name} {quantity} [{unit}]"] = column
+            unit = "N.m" if quantity == "torque" else f"rad{per}"
+            columns[f"{name} {quantity} [{motion_words(unit, slides=not turn)}]"] = column
     for foot, name in enumerate(motion.foot_names):
         columns[f"{name} contact"] = samples.contact[:, foot].astype(np.float64)
         for part, column in zip(_WRENCH, motion.foot_wrench[:, foot].T, strict=True):

@@ -47,12 +47,23 @@ _FIGURES = (
 _WORDS = ("status", "verdict", "origin", "file")
 _ANSWERS = ("certified",)
 _GREATEST = 2**53  # a column of figures holds whole numbers up to this one exactly
-MOTOR_UNITS = {"peak_torque": "N·m", "rms_torque": "N·m", "peak_speed": "rad/s", "peak_power": "W"}
-"""Of the columns that each motor has, as "peak_torque.knee"."""
+MOTOR_UNITS = {
+    "peak_torque": "N·m",
+    "rms_torque": "N·m",
+    "peak_speed": "rad/s",
+    "peak_force": "N",
+    "rms_force": "N",
+    "peak_linear_speed": "m/s",
+    "peak_power": "W",
+}
+"""Of the columns that motors have, as "peak_torque.knee"; those that slide have the linear ones."""
 _MOTOR = {
     "peak_torque_Nm": "peak_torque",
     "rms_torque_Nm": "rms_torque",
     "peak_speed_rad_per_s": "peak_speed",
+    "peak_force_N": "peak_force",
+    "rms_force_N": "rms_force",
+    "peak_speed_m_per_s": "peak_linear_speed",
     "peak_power_W": "peak_power",
 }
 _UNITS = {
@@ -127,10 +138,17 @@ def gait_row(found: Design, walk: WarmStart, values: Mapping[str, float], second
         "origin": walk.origin,
     }
     row |= {f"slope.{k}": s for k, s in zip(values, walk.cost_gradient, strict=True)}
-    for motor in facts["motors"]:
-        joint = str(motor["joint"]).replace(" ", "_")
-        row |= {f"{column}.{joint}": motor[key] for key, column in _MOTOR.items()}
-    return row
+    return row | motor_columns(facts["motors"])
+
+
+def motor_columns(motors: Iterable[Mapping[str, Any]]) -> Row:
+    """Return the columns of `motor_summaries`, as "peak_torque.knee" and "peak_force.inner"."""
+    return {
+        f"{column}.{motor['joint'].replace(' ', '_')}": motor[key]
+        for motor in motors
+        for key, column in _MOTOR.items()
+        if key in motor
+    }
 
 
 def refused_row(values: Mapping[str, float], sentence: str) -> Row:

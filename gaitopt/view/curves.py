@@ -15,6 +15,7 @@ from gaitopt.gait.result import Recorded
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.nlp import Array
+from gaitopt.units import motion_words
 
 POINTS = 301  # of a period
 Record = dict[str, object]
@@ -49,7 +50,10 @@ def curves(gait: Recorded) -> Record:
             "name": name,
             "panels": [
                 *(_joints(gait, *pair, unit, y, limits, x) for pair in pairs),
-                *(panels[name] | {"unit": unit} for panels in linked),
+                *(
+                    panels[name] | {"unit": motion_words(unit, slides=slides)}
+                    for slides, panels in linked
+                ),
             ],
         }
         for name, unit, y, limits, x in quantities
@@ -108,8 +112,13 @@ def _joints(
     }  # fmt: skip
 
 
-def _linkages(gait: Recorded, torque: Array, rate: Array, q: Array) -> list[dict[str, Record]]:
-    """Return for each motor of a linkage its panels by the names of tabs, but for their unit."""
+def _linkages(
+    gait: Recorded, torque: Array, rate: Array, q: Array
+) -> list[tuple[bool, dict[str, Record]]]:
+    """Return for each motor of a linkage whether it slides, and its panels, but for their unit.
+
+    Panels are by the names of tabs.
+    """
     found = []
     for title, pair, k in linkage_motors(gait):
         linkage = pair[0].linkage
@@ -126,7 +135,7 @@ def _linkages(gait: Recorded, torque: Array, rate: Array, q: Array) -> list[dict
             joints = [joint for group in pair for joint in group.names]
             bounds = _bounds(limits.get(name))
             panels[name] = {"title": title, "joints": joints, "limits": bounds, "lines": lines}
-        found.append(panels)
+        found.append((linkage.slides(k), panels))
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,14 @@ import numpy as np
 
 from gaitopt.atomic import write_atomically
 from gaitopt.contact.schedule import BOTH_FEET
-from gaitopt.design.summary import payload_words, proof_rows, summarise
+from gaitopt.design.summary import by_motion, payload_words, proof_rows, summarise
 from gaitopt.errors import GaitoptError
 from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait, Recorded
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.report import findings_of
+from gaitopt.units import motion_words
 from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.curves import curves
@@ -159,20 +161,22 @@ def _sections(gait: Gait | Transition) -> Iterator[Section]:
     known: Any = summarise(gait)
     if isinstance(gait, Transition):
         yield _steps(known["transition"])
-    yield Section(
-        "Motors",
-        ("joint", "leg", ">peak\nN·m", ">RMS\nN·m", ">of limit", ">peak\nrad/s", ">of limit",
-         ">peak\nW"),
-        tuple(
-            (
-                one["joint"], one["leg"], f"{one['peak_torque_Nm']:.1f}",
-                f"{one['rms_torque_Nm']:.1f}", _share(one["torque_used"]),
-                f"{one['peak_speed_rad_per_s']:.2f}", _share(one["speed_used"]),
-                f"{one['peak_power_W']:.0f}",
-            )
-            for one in (*known["joints"], *known["linkages"])
-        ),
-    )  # fmt: skip
+    for slides, own in by_motion((*known["joints"], *known["linkages"])):
+        words = partial(motion_words, slides=slides)
+        heads = (">peak\nN·m", ">RMS\nN·m", ">of limit", ">peak\nrad/s", ">of limit", ">peak\nW")
+        yield Section(
+            "Linear motors" if slides else "Motors",
+            ("joint", "leg", *map(words, heads)),
+            tuple(
+                (
+                    one["joint"], one["leg"], f"{one[words('peak_torque_Nm')]:.1f}",
+                    f"{one[words('rms_torque_Nm')]:.1f}", _share(one[words("torque_used")]),
+                    f"{one[words('peak_speed_rad_per_s')]:.2f}", _share(one["speed_used"]),
+                    f"{one['peak_power_W']:.0f}",
+                )
+                for one in own
+            ),
+        )  # fmt: skip
     yield Section("Proof", ("check", "result", ">allowed"), tuple(_proof(known)))
     prices = tuple(_prices(known.get("shadow_prices")))
     if prices:

@@ -1,7 +1,8 @@
 """Requirements on motors as files: a table (.csv, .xlsx) or a record (.toml); the suffix decides.
 
 The table has a line per motor and gait, then a line per motor over all of them with the gaits that
-decide. Torques are in N·m, speeds in rad/s and rpm, powers in W.
+decide. Torques are in N·m, speeds in rad/s and rpm, powers in W; motors that slide have columns of
+their own, forces in N and speeds in m/s.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from gaitopt.design.requirements import (
 )
 from gaitopt.errors import InputError, MissingExtraError
 from gaitopt.units import UNITS as KNOWN_UNITS
+from gaitopt.units import motion_words
 
 RPM = KNOWN_UNITS["rad/s"]["rpm"]
 """One turn a minute [rad/s]."""
@@ -47,52 +49,53 @@ SUFFIXES = (".csv", ".toml", ".xlsx")
 Cell = str | float
 
 
-def column_names() -> list[str]:
-    """Return the header of the table, with units; figures that are speeds come twice."""
-    names = ["motor", "gait"]
-    for name in FIGURES:
-        units = ("rad/s", "rpm") if UNITS[name] == "rad/s" else (UNITS[name],)
-        names += [f"{name} [{unit}]" if unit else name for unit in units]
-    return [*names, *(f"{name} in gait" for name in FIGURES)]
+def _columns(name: str, *, slides: bool) -> dict[str, float]:
+    """Return the columns of a figure with the sizes of their units; a turning speed has two."""
+    unit, told = (motion_words(words, slides=slides) for words in (UNITS[name], name))
+    units = {"rad/s": 1.0, "rpm": RPM} if unit == "rad/s" else {unit: 1.0}
+    return {f"{told} [{unit}]" if unit else told: size for unit, size in units.items()}
 
 
-def table_rows(each: Sequence[Requirement], worst: Sequence[MotorRequirement]) -> list[list[Cell]]:
-    """Return the lines of the table under its header."""
-    rows: list[list[Cell]] = []
-    for one in each:
-        values = [float(getattr(one, name)) for name in FIGURES]
-        rows.append([one.motor, one.gait, *_with_rpm(values), *([""] * len(FIGURES))])
-    for motor in worst:
-        values = [motor.values[name] for name in FIGURES]
-        deciding = [motor.gaits[name] for name in FIGURES]
-        rows.append([motor.motor, ALL, *_with_rpm(values), *deciding])
-    return rows
+def _line(motor: str, gait: str, values: Mapping[str, float], *, slides: bool) -> dict[str, Cell]:
+    """Return a line by its columns."""
+    return {"motor": motor, "gait": gait} | {
+        column: values[name] / size
+        for name in FIGURES
+        for column, size in _columns(name, slides=slides).items()
+    }
 
 
 def _table(
     each: Sequence[Requirement], worst: Sequence[MotorRequirement], uses: Sequence[MotorUse]
 ) -> list[list[Cell]]:
     """Return header and lines; figures before the gear at the end of each, where there are any."""
-    rows: list[list[Cell]] = [[*column_names()], *table_rows(each, worst)]
+    lines = [_line(o.motor, o.gait, _values(o), slides=o.slides) for o in each]
+    whole = [_line(o.motor, ALL, o.values, slides=o.slides) for o in worst]
+    decided: list[dict[str, Cell]] = [
+        {
+            f"{motion_words(name, slides=one.slides)} in gait": gait
+            for name, gait in one.gaits.items()
+        }
+        for one in worst
+    ]
+    header = list(dict.fromkeys(c for of in (whole, decided) for line in of for c in line))
+    lines += [line | gaits for line, gaits in zip(whole, decided, strict=True)]
+    rows: list[list[Cell]] = [[*header], *([line.get(c, "") for c in header] for line in lines)]
     if not uses:
         return rows
     known = {(one.motor, one.gait): [float(getattr(one, n)) for n in USES] for one in uses}
     known |= {(o.motor, ALL): [o.values[n] for n in USES] for o in worst_case(uses, USES)}
-    header = [f"{name} before gear" for name in _UNIT_OF_USE]
     rows[0] += [
-        f"{name} [{unit}]" if unit else name
-        for name, unit in zip(header, _UNIT_OF_USE.values(), strict=True)
+        f"{name} before gear" + (f" [{unit}]" if unit else "")
+        for name, unit in _UNIT_OF_USE.items()
     ]
     for row in rows[1:]:
         row += known.get((str(row[0]), str(row[1])), [""] * len(USES))
     return rows
 
 
-def _with_rpm(values: Sequence[float]) -> list[Cell]:
-    cells: list[Cell] = []
-    for name, value in zip(FIGURES, values, strict=True):
-        cells += [value, value / RPM] if UNITS[name] == "rad/s" else [value]
-    return cells
+def _values(of: Requirement) -> dict[str, float]:
+    return {name: float(getattr(of, name)) for name in FIGURES}
 
 
 def write_requirements(
@@ -152,15 +155,20 @@ def _record(
 ) -> dict[str, dict[str, Any]]:
     record: dict[str, dict[str, Any]] = {}
     for motor in worst:
+        told = {name: motion_words(name, slides=motor.slides) for name in FIGURES}
         record[motor.motor] = {
-            **motor.values,
-            "decided_by": dict(motor.gaits),
+            **{told[name]: value for name, value in motor.values.items()},
+            "decided_by": {told[name]: gait for name, gait in motor.gaits.items()},
             "gaits": {
-                one.gait: {name: getattr(one, name) for name in FIGURES}
+                one.gait: {told[name]: value for name, value in _values(one).items()}
                 for one in each
                 if one.motor == motor.motor
             },
         }
+        if motor.slides:
+            record[motor.motor]["units"] = {
+                told[name]: motion_words(unit, slides=True) or "1" for name, unit in UNITS.items()
+            }
         before = [use for use in uses if use.motor == motor.motor]
         if before:
             record[motor.motor]["before_gear"] = {

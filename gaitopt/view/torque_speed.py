@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from gaitopt.actuators.motors import JointMotor, MotorTable
 from gaitopt.design.requirements import MotorLoop
-from gaitopt.units import UNITS
+from gaitopt.units import UNITS, motion_words
 from gaitopt.view.figure_style import (
     GREY,
     LIMIT,
@@ -58,19 +58,22 @@ def torque_speed_figure(
     figure = new_figure(_WIDTH * columns, _HEIGHT * rows + 0.3)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for k, (motor, panel) in enumerate(zip(motors, panels, strict=False)):
+        slides, size = first[k].slides, _size(first[k])
         for label, of in loops.items():
             closed = np.append(np.arange(len(of[k].time)), 0)  # the stride repeats itself
             panel.plot(
-                of[k].rate[closed] / _RPM, of[k].torque[closed], linewidth=1.1,
+                of[k].rate[closed] / size, of[k].torque[closed], linewidth=1.1,
                 label=name_on_figure(label),
             )  # fmt: skip
-        drive = None if table is None else table.drive(first[k].joint)
+        drive = None if table is None else first[k].drive(table)
         if drive is not None:
             _draw_envelope(panel, drive.at_joint())
         _draw_limits(panel, first[k])
         panel.axhline(0.0, color=GREY, linewidth=0.6)
         panel.axvline(0.0, color=GREY, linewidth=0.6)
-        label_axes(panel, "speed [rpm]", "torque [N·m]", name_on_figure(motor))
+        speed = "speed [m/s]" if slides else "speed [rpm]"
+        torque = motion_words("torque [N·m]", slides=slides)
+        label_axes(panel, speed, torque, name_on_figure(motor))
     for panel in panels[len(motors) :]:
         panel.set_axis_off()
     if 1 < len(loops) <= MOST or (table is not None and len(loops) <= MOST):
@@ -79,13 +82,18 @@ def torque_speed_figure(
     return figure
 
 
+def _size(loop: MotorLoop) -> float:
+    """Return the unit of a motor's speed in its panel [rad/s; m/s]."""
+    return 1.0 if loop.slides else _RPM
+
+
 def _draw_limits(panel: Axes, loop: MotorLoop) -> None:
     """Draw the limits of a motor's torque and speed."""
     for sign in (-1.0, 1.0):
         if loop.torque_limit is not None:
             panel.axhline(sign * loop.torque_limit, color=LIMIT, linewidth=1.0)
         if loop.speed_limit is not None:
-            panel.axvline(sign * loop.speed_limit / _RPM, color=LIMIT, linewidth=1.0)
+            panel.axvline(sign * loop.speed_limit / _size(loop), color=LIMIT, linewidth=1.0)
 
 
 def _draw_envelope(panel: Axes, motor: JointMotor) -> None:

@@ -295,7 +295,8 @@ def test_unequal_ranges_of_cranks_are_told():
 
     assert told() == []
     (text,) = told(range="-0.5 1.2")
-    assert "turns from -1.2 to 1.2, 'left_inner_motor' of the other leg from -0.5 to 1.2" in text
+    other = "'left_inner_motor' of the other leg from -0.5 to 1.2 rad"
+    assert f"turns from -1.2 to 1.2 rad, {other}" in text
     as_advised = LimitOverride("right_inner_motor", lower=-0.5, upper=1.2)
     assert told(as_advised, range="-0.5 1.2") == []
 

@@ -172,6 +172,11 @@ def joint_kind(joint: pin.JointModel) -> str:
     return f"one with {joint.nv} degrees of freedom"
 
 
+def joint_slides(joint: pin.JointModel) -> bool:
+    """Return whether a joint slides along its axis."""
+    return joint_kind(joint) == "prismatic"
+
+
 def all_revolute(model: pin.Model, joints: Collection[int]) -> bool:
     """Tell whether all joints are revolute and have a range."""
     return all(joint_kind(model.joints[j]) == "revolute" for j in joints)

@@ -14,7 +14,9 @@ from gaitopt.importers.pinocchio_model import inertia_fault
 from gaitopt.importers.report import Finding
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, matching
+from gaitopt.model.legs.kinematic_tree import joint_slides
 from gaitopt.model.legs.leg_detection import joint_count
+from gaitopt.units import motion_words
 
 _ENTRIES = {
     "torque": ("effortLimit", "N·m"),
@@ -57,10 +59,13 @@ def override(
                 f"limits: no joint matches '{entry.joints}'; "
                 f"{did_you_mean(entry.joints, names[2:])}the joints are: {', '.join(names[2:])}"
             )
-        parts = [_set(changed, joints, name, v) for name, v in entry.numbers().items()]
         source = f"; {entry.source}" if entry.source else ""
-        text = f"{', '.join(parts)} ({joint_count(len(joints))}){source}"
-        subjects.setdefault(text, []).append(entry.joints)
+        for slides in (False, True):
+            if own := [j for j in joints if joint_slides(model.joints[j]) == slides]:
+                each = (_set(changed, own, name, v) for name, v in entry.numbers().items())
+                told = motion_words(", ".join(each), slides=slides)
+                text = f"{told} ({joint_count(len(own))}){source}"
+                subjects.setdefault(text, []).append(entry.joints)
     _check_ranges(changed, overrides)
     return changed, [Finding("limits", ", ".join(s), t, "given") for t, s in subjects.items()]
 
@@ -79,10 +84,11 @@ def _check_ranges(model: pin.Model, overrides: tuple[LimitOverride, ...]) -> Non
             at = model.joints[model.getJointId(name)]
             lower, upper = model.lowerPositionLimit[at.idx_q], model.upperPositionLimit[at.idx_q]
             if at.nq == 1 and not lower < upper:
+                unit = motion_words("rad", slides=joint_slides(at))
                 raise RobotError(
                     f"limits of '{entry.joints}': with the {' and '.join(given)} given there, the "
-                    f"range of joint '{name}' is from lower = {lower:g} rad to upper = {upper:g} "
-                    "rad; lower must be below upper; correct it, or give both"
+                    f"range of joint '{name}' is from lower = {lower:g} {unit} to upper = "
+                    f"{upper:g} {unit}; lower must be below upper; correct it, or give both"
                 )
 
 
