@@ -42,7 +42,7 @@ def test_it_keeps_every_limit_of_the_impact(downstairs, robot):
     problem = WalkProblem(robot, task)
     values, names = problem.values(downstairs.solution.x).rows, {b.name for b in problem.blocks}
     left_out = names - {block.name for block in downstairs.problem.blocks}
-    assert left_out == {"impulse", "impulse friction", "lift-off", "impulse cop"}
+    assert left_out == {"impulse", "impulse friction", "impulse torsion", "lift-off", "impulse cop"}
     for name in left_out:
         rows = problem.rows_of(name)
         low, high = problem.rows.lower[rows], problem.rows.upper[rows]
