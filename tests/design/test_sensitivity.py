@@ -559,7 +559,7 @@ def one_sided(walk, name, step):
 
 
 def test_a_limit_that_acts_otherwise_on_either_side_is_said(robot):
-    walk = Walk(robot, preset_task(samples=21, torque_limit=60.0, friction=0.3))
+    walk = Walk(robot, reference_task(samples=21, torque_limit=60.0, friction=0.3))
     price, (above, below) = one_sided(walk, "liftoff_speed", 1e-5)
     assert price == pytest.approx(below, rel=CLOSE)  # where the foot may sink, and limits give
     assert price != pytest.approx(above, rel=1e-4)

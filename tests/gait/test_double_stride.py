@@ -9,7 +9,7 @@ from numerics import relative_error
 from reference_cases import biped
 
 from gaitopt.design.audit import audit
-from gaitopt.design.design import design
+from gaitopt.design.starts import design_gait
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.summary import summarise
 from gaitopt.gait.assemble import gait_at
@@ -27,7 +27,7 @@ BOTH = {"duration": 0.5, "double_support": 0.05}
 @functools.cache
 def found(**changes):
     task = preset_task(**{"speed": 0.8, **BOTH, **changes})
-    return design(biped(), task, DesignOptions(diagnose=False))
+    return design_gait(biped(), task, DesignOptions(diagnose=False))
 
 
 @pytest.fixture(scope="module")
