@@ -9,8 +9,8 @@ from numerics import relative_error
 from reference_cases import biped
 
 from gaitopt.design.audit import audit
-from gaitopt.design.starts import design_gait
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.starts import design_gait
 from gaitopt.design.summary import summarise
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
