@@ -19,7 +19,8 @@ CONTEXT = {"help_option_names": ["-h", "--help"]}
 
 _WHOSE = (
     "Defaults are those of the thirteen-link biped. For other robots speed, duration, load, step "
-    "width and limits of the trunk follow from the robot or the catalogue (preset 'humanoid')."
+    "width, limits of the trunk and gaps of short legs follow from the robot or the catalogue "
+    "(preset 'humanoid')."
 )
 
 

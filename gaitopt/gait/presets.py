@@ -30,6 +30,7 @@ SLOW = 0.25  # of the speed of a stroll: below, steps take no longer
 ROLL = 0.25  # rad; the trunk's, where ankles do not roll: 0.15 stops H1 at 0.6 m/s
 TRUNK = {"trunk_roll": 0.15, "trunk_pitch": 0.2, "trunk_yaw": 0.2}  # rad; people stay within
 KNEE_FLEXION = 0.1  # rad
+SHORT_LEG = 0.3  # m from hip to ankle: gaps and the like of shorter legs shrink with them
 LEG_GAP = 0.01  # m
 ARM_GAP = 0.01  # m
 WIDER = 0.03  # m by which the feet may stand farther apart than the hips
@@ -42,6 +43,7 @@ ROBUST_FRICTION = 0.5  # what a foot that lands 2 ms early still finds
 ROBUST_COP = 0.1  # margin of the centre of pressure over the width of the sole
 ROBUST_LANDING = 0.07  # speed of the landing corners over sqrt(g h): 0.2 m/s of a man
 ROBUST_IMPULSE = 0.07  # vertical impulse over mass and sqrt(g h)
+_SHRINKING = ("clearance", "lateral_gap", "cop_margin")
 _SIZED = (*TRUNK, "minimum_load", "step_width", "leg_gap", "swing_height")
 
 
@@ -51,8 +53,9 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
     `standard`: for the thirteen-link biped, 43 parameters and every constraint, torsional friction
     as its sole, or that of the robot given, can bear (docs/decisions/torsion.md). `paper`: the
     constraints of section 3.2 only, the six geometric parameters of section 4.2, speed as the
-    constraint (39). `humanoid`: for any other robot; speed, duration, load, step width and
-    friction under the foot follow from its size and weight, trunk and swing foot keep upright.
+    constraint (39). `humanoid`: for any other robot; speed, duration, load, step width,
+    friction under the foot and gaps of short legs follow from its size and weight, trunk and swing
+    foot keep upright.
     `robust`: the same with margins for feedback; see `robust_task`.
 
     Args:
@@ -88,7 +91,7 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     """Return the default task of a robot, with some fields changed.
 
     Speed and step duration follow from the leg length (dynamic similarity), the margins from
-    weight and sole; the double support is lifted.
+    weight, sole and, below 0.3 m from hip to ankle, leg; the double support is lifted.
 
     Args:
         robot: the biped.
@@ -105,16 +108,23 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
         defaults["duration"] = natural_duration(robot, pace)
     defaults |= _torsional_friction(robot, changes)
     defaults |= {**TRUNK, "trunk_roll": TRUNK["trunk_roll"] if robot.legs.ankles_roll else ROLL}
-    defaults |= {"knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
+    defaults |= {name: _shrunk(robot, getattr(Margins, name)) for name in _SHRINKING}
+    defaults |= {"knee_flexion": KNEE_FLEXION, "leg_gap": _shrunk(robot, LEG_GAP)}
     if robot.tree.size > robot.tree.swing_foot:
-        defaults["arm_gap"] = ARM_GAP
+        defaults["arm_gap"] = _shrunk(robot, ARM_GAP)
     defaults["minimum_load"] = round(LEAST_LOAD * robot.weight, 1)
     if changes.get("toe_off") is None and changes.get("heel_strike") is None:
-        defaults |= _swing(robot, changes)  # a foot that turns about an edge leaves or lands tilted
-    gap = changes.get("lateral_gap", Margins().lateral_gap)
+        # a foot that turns about an edge leaves or lands tilted
+        defaults |= _swing(robot, {**defaults, **changes})
+    gap = changes.get("lateral_gap", defaults["lateral_gap"])
     if isinstance(gap, float | int):
         defaults["step_width"] = widest(robot, gap)
     return Task().with_changes(**{**defaults, **changes})
+
+
+def _shrunk(robot: Robot, length: float) -> float:
+    """Return a length [m], or its share for a short leg, to a tenth of a millimetre."""
+    return round(length * min(1.0, robot.legs.reach / SHORT_LEG), 4)
 
 
 def _torsional_friction(robot: Robot | None, changes: Mapping[str, object]) -> dict[str, object]:
@@ -137,7 +147,7 @@ def _torsional_friction(robot: Robot | None, changes: Mapping[str, object]) -> d
 def _swing(robot: Robot, changes: Mapping[str, object]) -> dict[str, object]:
     """Return how the foot swings: level, and no higher than it must."""
     terrain, rise = changes.get("terrain"), changes.get("stairs", 0.0)
-    lift, over = changes.get("clearance", Margins().clearance), 0.0
+    lift, over = changes["clearance"], 0.0
     if isinstance(terrain, Terrain):
         over = terrain.lift
     elif is_finite(rise):
@@ -201,7 +211,7 @@ def widest(robot: Robot, gap: float = Margins.lateral_gap) -> float:
         gap: that must be left between the soles [m].
     """
     soles = robot.sole.left - robot.sole.right + gap
-    return round(max(abs(robot.legs.stance_width), soles) + WIDER, 3)
+    return round(max(abs(robot.legs.stance_width), soles) + _shrunk(robot, WIDER), 3)
 
 
 def foreign_margins(robot: Robot, task: Task, remedy: str = "") -> str | None:

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -71,6 +72,22 @@ def test_the_lines_of_footsteps_leave_room_for_the_gap_asked_for(robot):
     margins = humanoid_task(robot, lateral_gap=0.15).margins
     assert margins.step_width == pytest.approx(0.136 + 0.15 + 0.03)
     assert humanoid_task(robot, lateral_gap=0.15, step_width=0.3).margins.step_width == 0.3
+
+
+@pytest.mark.parametrize("preset", ["humanoid", "robust"])
+@pytest.mark.parametrize(("leg", "share"), [(0.15, 0.5), (0.3, 1.0), (1.2, 1.0)])
+def test_gaps_shrink_with_a_short_leg(robot, preset, leg, share):
+    """The clearance of 30 mm is a fifth of a leg of 155 mm, which then found no optimum."""
+    sized = replace(robot, legs=replace(robot.legs, reach=leg))
+    margins = preset_task(preset, sized).margins
+    usual = {"clearance": 0.03, "lateral_gap": 0.01, "leg_gap": 0.01, "cop_margin": 0.005}
+    if preset == "robust":
+        del usual["cop_margin"]  # which follows from the sole
+    found = {name: getattr(margins, name) for name in usual}
+    assert found == pytest.approx({name: share * length for name, length in usual.items()})
+    assert margins.step_width == pytest.approx(0.136 + share * (0.01 + 0.03))
+    assert margins.swing_height >= 2.0 * margins.clearance
+    assert preset_task(preset, sized, clearance=0.04).margins.clearance == 0.04
 
 
 @pytest.mark.parametrize("speed", [-math.inf, math.nan])
