@@ -26,7 +26,13 @@ from numpy.typing import NDArray
 from gaitopt.gait.constraint import ConstraintBlock, declared_margins
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.parameters import FOOT_SPACING, set_geometry
-from gaitopt.gait.presets import humanoid_task, natural_duration, preset_task, widest
+from gaitopt.gait.presets import (
+    bearable_torsion,
+    humanoid_task,
+    natural_duration,
+    preset_task,
+    widest,
+)
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.task import Task
 from gaitopt.model.import_options import LimitOverride
@@ -297,6 +303,7 @@ class LimitAdjustment(Adjustment):
 
     Attributes:
         step: change of the value that matters, signed: one unit of t.
+        twists: whether the limit of torsional friction follows, as it does in the presets.
     """
 
     name: str
@@ -306,6 +313,7 @@ class LimitAdjustment(Adjustment):
     bound: float
     step: float
     constraints: tuple[str, ...]
+    twists: bool = False
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another value."""
@@ -313,7 +321,10 @@ class LimitAdjustment(Adjustment):
             return _with_limits(robot, self.name, value), task
         if self.name == "speed":
             return robot, replace(task, speed=value)
-        return robot, task.with_margins({self.name: value})
+        margins = {self.name: value}
+        if self.twists:
+            margins["torsional_friction"] = bearable_torsion(robot, value)
+        return robot, task.with_margins(margins)
 
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
         """Return the walk with the limits as functions of t."""
@@ -347,7 +358,7 @@ class LimitAdjustment(Adjustment):
                 rows = problem.rows_of(old.name)
                 lower[rows] = share * _moved(new.lower, old.lower, old.scale)
                 upper[rows] = share * _moved(old.upper, new.upper, old.scale)
-            couplings = self._couplings(problem, changed)
+            couplings = self._couplings(problem, task, share, changed)
         largest = (self.bound - self.before) / self.step
         return Relaxation(self.name, lower, upper, couplings, largest)
 
@@ -360,24 +371,36 @@ class LimitAdjustment(Adjustment):
         return self.before + self.step * float(z[-1])
 
     def _couplings(
-        self, problem: WalkProblem, changed: tuple[ConstraintBlock, ...]
+        self,
+        problem: WalkProblem,
+        task: Task,
+        share: float,
+        changed: tuple[ConstraintBlock, ...],
     ) -> tuple[Coupling, ...]:
-        """Return which rows move with a force; changed are the blocks at another value."""
+        """Return which rows move with a force.
+
+        Args:
+            problem: the walk.
+            task: with the value at its bound.
+            share: of the way there that is gone per unit of t.
+            changed: the blocks of that task.
+        """
         present = {f.name: f for f in problem.blocks}
         others = {f.name: f for f in changed}
         found = []
         for constraint in (*CONSTRAINTS, *problem.task.constraints):
-            name, coupled = constraint.name, constraint.couplings.get(self.name)
-            if name not in present or coupled is None:
-                continue
-            force, sign = coupled
-            rows = np.arange(problem.rows.lower.size)[problem.rows_of(name)]
-            per_force = rows.size // present[force].size
-            first = problem.rows_of(force).start
-            partners = first + np.arange(rows.size) // per_force
-            factor = float(present[force].scale[0] / present[name].scale[0])
-            moves = _differ(present[name], others[name], problem.robot)
-            found.append((rows[moves], partners[moves], sign * self.step * factor))
+            name = constraint.name
+            for margin, (force, sign) in constraint.couplings.items() if name in present else ():
+                rise = share * (_number(task, margin) - _number(problem.task, margin))
+                if rise == 0.0:
+                    continue
+                rows = np.arange(problem.rows.lower.size)[problem.rows_of(name)]
+                per_force = rows.size // present[force].size
+                first = problem.rows_of(force).start
+                partners = first + np.arange(rows.size) // per_force
+                factor = float(present[force].scale[0] / present[name].scale[0])
+                moves = _differ(present[name], others[name], problem.robot)
+                found.append((rows[moves], partners[moves], sign * rise * factor))
         return tuple(found)
 
 
@@ -466,18 +489,29 @@ class StepWidthAdjustment(Adjustment):
         return z
 
 
-def limit_adjustments(problem: WalkProblem) -> tuple[LimitAdjustment, ...]:
-    """Return everything that can be turned in the limits of a walk."""
+def limit_adjustments(problem: WalkProblem, alone: bool = False) -> tuple[LimitAdjustment, ...]:
+    """Return everything that can be turned in the limits of a walk.
+
+    Args:
+        problem: the walk.
+        alone: whether the limit of torsional friction stays while friction changes, even where it
+            is, as in the presets, what the sole bears by it.
+    """
     margins, task = problem.task.margins, problem.task
     present = {block.name for block in problem.blocks}
     settings = [*_motor_limits(problem)]
     for name, declared in task.declared.items():
         before, farthest = task.margin(name), declared.farthest
-        loosened = constraints_of(task, name)
+        words, loosened, twists = declared.words, constraints_of(task, name), False
+        if name == "friction" and not alone:
+            twists = margins.torsional_friction == bearable_torsion(problem.robot, margins.friction)
+        if twists:
+            words += ", and of torsional friction with it"
+            loosened += constraints_of(task, "torsional_friction")
         if before is not None and farthest is not None and not present.isdisjoint(loosened):
             settings.append(
                 LimitAdjustment(
-                    name, declared.words, declared.unit, before, farthest, declared.change, loosened
+                    name, words, declared.unit, before, farthest, declared.change, loosened, twists
                 )
             )
     if margins.joint_range:
@@ -595,6 +629,10 @@ def _motor_limits(problem: WalkProblem) -> list[LimitAdjustment]:
             bound = max(bound, float(own[np.isfinite(own)].max(initial=0.0)))
         settings.append(LimitAdjustment(name, words, unit, before, bound, before, (quantity,)))
     return settings
+
+
+def _number(task: Task, margin: str) -> float:
+    return float(task.margin(margin) or 0.0)
 
 
 def _moved(start: Array, end: Array, scale: Array) -> Array:

@@ -81,7 +81,7 @@ def _of_settings(
     problem: WalkProblem, whole: Step | Steps, multipliers: Array, bound_multipliers: Array
 ) -> Iterator[ShadowPrice]:
     pressed = pressed_rows(problem, multipliers)
-    for setting in limit_adjustments(problem):
+    for setting in limit_adjustments(problem, alone=True):
         rate = _rate(problem, whole, pressed, setting) / problem.cost_scale
         if rate != 0.0:
             yield ShadowPrice(
@@ -118,7 +118,7 @@ def kinks(problem: WalkProblem, x: Array, multipliers: Array) -> Iterator[str]:
         multipliers: there, of the scaled rows (m,).
     """
     whole, pressed = problem.whole(x), pressed_rows(problem, multipliers)
-    for setting in limit_adjustments(problem):
+    for setting in limit_adjustments(problem, alone=True):
         if setting.name in problem.task.declared:
             sides = (1.0, -1.0)
             gives, takes = (_rate(problem, whole, pressed, setting, side) for side in sides)

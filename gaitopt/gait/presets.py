@@ -128,20 +128,25 @@ def _shrunk(robot: Robot, length: float) -> float:
 
 
 def _torsional_friction(robot: Robot | None, changes: Mapping[str, object]) -> dict[str, object]:
-    """Return the turning moment over the load that an evenly pressed sole bears; 0.1 mm at least.
-
-    Without a robot the sole is that of the thirteen-link biped.
-    """
     friction = changes.get("friction", Margins().friction)
     if not is_finite(friction):
         return {}  # the task says what is wrong with it
+    return {"torsional_friction": bearable_torsion(robot, float(str(friction)))}
+
+
+def bearable_torsion(robot: Robot | None, friction: float) -> float:
+    """Return the turning moment over the load that an evenly pressed sole bears [m]; 0.1 mm least.
+
+    Args:
+        robot: whose sole it is; None for that of the thirteen-link biped.
+        friction: coefficient of the ground.
+    """
     if robot is None:
         feet = biped13().geometry
         length, width = feet.foot_length, feet.foot_width
     else:
         length, width = robot.sole.length, robot.sole.left - robot.sole.right
-    bearable = float(str(friction)) * turning_arm(length, width)
-    return {"torsional_friction": max(round(bearable, 4), 1e-4)}
+    return max(round(friction * turning_arm(length, width), 4), 1e-4)
 
 
 def _swing(robot: Robot, changes: Mapping[str, object]) -> dict[str, object]:

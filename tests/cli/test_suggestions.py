@@ -35,19 +35,26 @@ def run_as_printed(command: str, folder: Path) -> subprocess.CompletedProcess[st
     )  # fmt: skip
 
 
-def test_a_suggestion_run_as_printed_gives_a_certified_walk(cli, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("hard", "setting"),
+    [(("--torque-limit", "25"), "torque_limit"), (("--friction=0.01", "--speed=1.5"), "friction")],
+)
+def test_a_suggestion_run_as_printed_gives_a_certified_walk(
+    cli, tmp_path, monkeypatch, hard, setting
+):
     monkeypatch.chdir(tmp_path)
     config = tmp_path / "a task.toml"
     config.write_text("[solver]\nstarts = 1\nseed = 0\nsigma = 0.0\n[task]\nsamples = 21\n")
-    asked = ("--torque-limit", "25", "--config", config.name, "--output", "my walk")
+    asked = (*hard, "--config", config.name, "--output", "my walk")
     result = cli("optimise", *asked, "--no-figures", "--no-page")
     assert result.exit_code == 3
     command, *_ = advised(result.stderr)
     assert "--output 'my walk'" in command
-    assert "--start 'my walk/suggestions/torque_limit.npz'" in command
+    assert f"--start 'my walk/suggestions/{setting}.npz'" in command
+    assert "--torsional-friction" not in command  # it follows friction
     done = run_as_printed(command, tmp_path)
     assert done.returncode == 0, done.stderr
-    kept = load_gait(tmp_path / "my walk" / "suggestions" / "torque_limit.npz")
+    kept = load_gait(tmp_path / "my walk" / "suggestions" / f"{setting}.npz")
     found = load_gait(tmp_path / "my walk" / "gait.npz")
     assert found.cost == pytest.approx(kept.cost, rel=1e-9)
     assert found.meta["instants"] == kept.meta["instants"]  # it was gone on from, not found anew

@@ -124,10 +124,31 @@ def test_margins_of_ones_own_are_turned_like_the_others(robot, name):
     check_room(problem, walk("guess").x, name)
 
 
-def check_room(problem, x, name):
+@pytest.mark.parametrize(
+    ("changes", "after"),
+    [
+        ({}, {"friction": 0.5, "torsional_friction": 0.034}),
+        ({"torsional_friction": 0.01}, {"friction": 0.5, "torsional_friction": 0.01}),
+        ({"torsional_friction": None}, {"friction": 0.5, "torsional_friction": None}),
+    ],
+)
+def test_torsional_friction_follows_friction_where_the_preset_derived_it(robot, changes, after):
+    problem = WalkProblem(robot, preset_task(robot=robot, friction=0.3, **changes))
+    setting = setting_of(problem, "friction")
+    _, task = setting.changed(robot, problem.task, 0.5)
+    assert {name: getattr(task.margins, name) for name in after} == after
+    follows = after["torsional_friction"] == 0.034
+    assert ("torsion" in setting.constraints, "torsional" in setting.words) == (follows, follows)
+    check_room(problem, walk("guess").x, "friction", 1.0)  # at whose bound nothing is rounded
+    (price,) = (k for k in limit_adjustments(problem, alone=True) if k.name == "friction")
+    kept = price.changed(robot, problem.task, 0.5)[1].margins
+    assert kept.torsional_friction == problem.task.margins.torsional_friction
+
+
+def check_room(problem, x, name, part=0.3):
     """The same limits, reached through t and through the task: two roads to one number."""
     setting = setting_of(problem, name)
-    z = setting.start(x, 0.3 * (setting.bound - setting.before) / setting.step)
+    z = setting.start(x, part * (setting.bound - setting.before) / setting.step)
     program = setting.program(problem, z)
     robot, task = setting.changed(problem.robot, problem.task, setting.value(z))
     changed = WalkProblem(robot, task, problem.grid)
