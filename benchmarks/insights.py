@@ -47,7 +47,7 @@ FEET = {
 def _sole(longer: float) -> Any:
     def options(name: str) -> dict[str, Any]:
         sole = robot_by_name(name).sole
-        more = (longer - 1.0) * (sole.toe - sole.heel) / 2.0
+        more = (longer - 1.0) * sole.length / 2.0
         sides = (sole.toe + more, sole.heel - more, sole.left, sole.right)
         return {"sole": ",".join(f"{side:.4f}" for side in sides)}
 

@@ -152,7 +152,7 @@ def head_to_head(count: int) -> list[dict[str, Any]]:
             speed=0.375, duration=0.4, clearance=0.05, swing_tilt=0.01, cop_margin=0.0,
             knee_flexion=0.05, geometry=set_geometry(GEOMETRY, width), **upright,
         )  # fmt: skip
-        size = f"{sole.toe - sole.heel:.2f} m x {sole.left - sole.right:.2f} m"
+        size = f"{sole.length:.2f} m x {sole.width:.2f} m"
         records.append({"sole": size, "starts": cold(robot, task, count)})
     return records
 

@@ -35,6 +35,9 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }
 """Units of one dimension by the SI unit of it, and their sizes in that."""
 
+DEGREES = "for degrees write 6deg, in Python math.radians(6)"
+"""Advice after an angle that is too large: options and files take units, Python takes numbers."""
+
 _LINEAR = {
     "torque": "force", "angle": "travel",
     "N·m": "N", "N.m": "N", "Nm": "N", "kg·m²": "kg", "rad": "m",

@@ -264,7 +264,7 @@ def _flat_feet(problem: WalkProblem) -> list[Contradiction]:
 def _sole(problem: WalkProblem) -> list[Contradiction]:
     """Eqs. (37)-(38): the margin leaves some of the sole."""
     sole, margin = problem.robot.sole, problem.task.margins.cop_margin
-    sizes = (("wide", sole.left - sole.right), ("long", sole.toe - sole.heel))
+    sizes = (("wide", sole.width), ("long", sole.length))
     return [
         (
             "cop",
@@ -279,7 +279,7 @@ def _sole(problem: WalkProblem) -> list[Contradiction]:
 def _width(problem: WalkProblem) -> list[Contradiction]:
     """Eq. (32): feet that point ahead fit beside each other."""
     sole, margins = problem.robot.sole, problem.task.margins
-    needed = sole.left - sole.right + margins.lateral_gap
+    needed = sole.width + margins.lateral_gap
     turned, spacing = (problem.layout.geometry[row] for row in (FOOT_YAW, FOOT_SPACING))
     if turned.free or turned.value != 0.0:
         return []
@@ -289,7 +289,7 @@ def _width(problem: WalkProblem) -> list[Contradiction]:
         (
             "lateral",
             f"feet {how} {width:g} m apart ({name}) leave no gap of {margins.lateral_gap:g} m "
-            f"between soles {sole.left - sole.right:.3g} m wide; at least {needed:.3g} m are "
+            f"between soles {sole.width:.3g} m wide; at least {needed:.3g} m are "
             "needed",
         )
         for how, width, name in room

@@ -16,7 +16,7 @@ from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from traceback import extract_tb
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.terrain import Level, Terrain
 from gaitopt.nlp import Array
 from gaitopt.settings import setting
-from gaitopt.units import SINE
+from gaitopt.units import DEGREES, SINE
 
 if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
@@ -133,16 +133,16 @@ def _check(name: str, value: object, kind: str, declared: Margin) -> None:
         return
     if not is_finite(value):
         raise InputError(f"{name} is {shown(value)}; it must be a finite number")
-    number, unit = float(str(value)), declared.unit and f" {declared.unit}"
+    unit = declared.unit and f" {declared.unit}"
     if not is_of_use(value):
         raise InputError(f"{name} is {value}{unit}; it must be 0, or {USABLE} in size")
-    if declared.above is not None and not number > declared.above:
+    if declared.above is not None and not value > declared.above:
         raise InputError(f"{name} is {value}{unit}; it must be above {declared.above:g}")
-    if declared.least is not None and number < declared.least:
+    if declared.least is not None and value < declared.least:
         limit = "not be negative" if declared.least == 0.0 else f"be at least {declared.least:g}"
         raise InputError(f"{name} is {value}{unit}; it must {limit}")
-    if declared.most is not None and number > declared.most:
-        also = "; other units stand behind the number, 6deg" if declared.unit == "rad" else ""
+    if declared.most is not None and value > declared.most:
+        also = f"; {DEGREES}" if declared.unit == "rad" else ""
         raise InputError(f"{name} is {value}{unit}; it must be at most {declared.most:g}{also}")
 
 
@@ -194,11 +194,11 @@ def is_of_use(value: object) -> bool:
     """Return whether a value is a finite number, 0 or of a size with which computing has sense."""
     if not is_finite(value):
         return False
-    number = abs(float(str(value)))
+    number = abs(value)
     return number == 0.0 or _SMALLEST <= number <= 1.0 / _SMALLEST
 
 
-def is_finite(value: object) -> bool:
+def is_finite(value: object) -> TypeGuard[float]:
     """Return whether a value is a finite number."""
     if isinstance(value, bool):  # to Python a kind of int
         return False

@@ -66,7 +66,7 @@ LANDING_SCALE = 1e-3  # m: rows that vanish at the end, as fine as what they are
 _STEEPER = 1.001  # refinement leaves their slope at the end short by less than a thousandth
 _LANDING = 12  # power that leaves the profile of the landing to the last fifth of the step
 _LYING = 1.5708  # rad: what asks the trunk to lean or turn farther is meant in degrees
-_TILTED = 1.0  # rad: no trunk is asked to lean or turn farther, no foot to tilt
+_TILTED = 1.0  # rad: no trunk is let lean or turn farther to find a walk, no foot tilt
 
 
 def _corner_entries(axis: int, factor: float = 1.0) -> Entries:

@@ -338,7 +338,7 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
     legs, ground = robot.legs, task.ground
     guess = layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
-    narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
+    narrowest = robot.sole.width + task.margins.lateral_gap
     spacing = legs.side * max(abs(legs.stance_width), narrowest + _CLEAR_OF_GAP)
     aside = (2 * number - 1) * task.lateral_speed * task.duration  # half of what a step widens
     spacing += (aside + legs.side * abs(aside)) if task.steps > 1 else 0.0

@@ -104,7 +104,7 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     defaults: dict[str, object] = {"boundary": "lifted", "leg_extension": None, "speed": speed}
     aside = changes.get("lateral_speed", 0.0)
     if is_finite(speed) and is_finite(aside):
-        pace = math.hypot(float(str(speed)), float(str(aside)))
+        pace = math.hypot(speed, aside)
         defaults["duration"] = natural_duration(robot, pace)
     defaults |= _torsional_friction(robot, changes)
     defaults |= {**TRUNK, "trunk_roll": TRUNK["trunk_roll"] if robot.legs.ankles_roll else ROLL}
@@ -117,7 +117,7 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
         # a foot that turns about an edge leaves or lands tilted
         defaults |= _swing(robot, {**defaults, **changes})
     gap = changes.get("lateral_gap", defaults["lateral_gap"])
-    if isinstance(gap, float | int):
+    if is_finite(gap):
         defaults["step_width"] = widest(robot, gap)
     return Task().with_changes(**{**defaults, **changes})
 
@@ -131,7 +131,7 @@ def _torsional_friction(robot: Robot | None, changes: Mapping[str, object]) -> d
     friction = changes.get("friction", Margins().friction)
     if not is_finite(friction):
         return {}  # the task says what is wrong with it
-    return {"torsional_friction": bearable_torsion(robot, float(str(friction)))}
+    return {"torsional_friction": bearable_torsion(robot, friction)}
 
 
 def bearable_torsion(robot: Robot | None, friction: float) -> float:
@@ -145,7 +145,7 @@ def bearable_torsion(robot: Robot | None, friction: float) -> float:
         feet = biped13().geometry
         length, width = feet.foot_length, feet.foot_width
     else:
-        length, width = robot.sole.length, robot.sole.left - robot.sole.right
+        length, width = robot.sole.length, robot.sole.width
     return max(round(friction * turning_arm(length, width), 4), 1e-4)
 
 
@@ -156,10 +156,10 @@ def _swing(robot: Robot, changes: Mapping[str, object]) -> dict[str, object]:
     if isinstance(terrain, Terrain):
         over = terrain.lift
     elif is_finite(rise):
-        over = abs(float(str(rise)))
+        over = abs(rise)
     limits: dict[str, object] = {"swing_tilt": SWING_TILT}
     if is_finite(lift):
-        height = max(SWING_HEIGHT * robot.legs.height, LIFTS * float(str(lift))) + over
+        height = max(SWING_HEIGHT * robot.legs.height, LIFTS * lift) + over
         limits["swing_height"] = round(height, 3)
     return limits
 
@@ -182,7 +182,7 @@ def robust_task(robot: Robot, **changes: object) -> Task:
     margins: dict[str, object] = {
         "friction": ROBUST_FRICTION,
         "knee_flexion": ROBUST_KNEE_FLEXION,
-        "cop_margin": round(ROBUST_COP * (robot.sole.left - robot.sole.right), 4),
+        "cop_margin": round(ROBUST_COP * robot.sole.width, 4),
         "landing_speed": round(ROBUST_LANDING * pace, 3),
         "landing_impulse": round(ROBUST_IMPULSE * pace, 3),
     }
@@ -215,7 +215,7 @@ def widest(robot: Robot, gap: float = Margins.lateral_gap) -> float:
         robot: the biped.
         gap: that must be left between the soles [m].
     """
-    soles = robot.sole.left - robot.sole.right + gap
+    soles = robot.sole.width + gap
     return round(max(abs(robot.legs.stance_width), soles) + _shrunk(robot, WIDER), 3)
 
 

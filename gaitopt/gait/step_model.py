@@ -294,14 +294,13 @@ class StepModel(StepModelBase):
         super().__init__(robot, layout, grid, optional, schedule, chart, before)
         self.knots: Array = self.schedule.knots(layout.postures)
         """Shares of the step between which its motion is smooth, shape (m,)."""
-        knots = self.knots
-        self.basis: Basis = spline_basis(knots, grid.instants)
+        self.basis: Basis = spline_basis(self.knots, grid.instants)
         self._flat_impact: FlatImpact | None = None
         if self.schedule.slapping and self.line is not None:
             flat = float(self.schedule.changes[0])
-            self.basis = jumping_spline(knots, grid.instants, flat)
+            self.basis = jumping_spline(self.knots, grid.instants, flat)
             self._flat_impact = FlatImpact(robot, self.line)
-            first = (int(np.argmin(np.abs(knots - flat))) - 1) * layout.joints
+            first = (int(np.argmin(np.abs(self.knots - flat))) - 1) * layout.joints
             # the posture there, and the rate of the foot, of which the jump is a function
             posture = range(first, first + layout.joints)
             self._at_flat = np.array([*posture, layout.landed.stop - 1])

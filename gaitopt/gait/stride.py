@@ -299,7 +299,7 @@ def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
     table = layout.geometry
     turn, yaw = task.turn_rate * task.duration, table[FOOT_YAW]
     wider = 2.0 * abs(task.lateral_speed) * task.duration
-    wider += (robot.sole.toe - robot.sole.heel) * abs(np.sin(turn))
+    wider += robot.sole.length * abs(np.sin(turn))
     spacing, pelvis, roll = table[FOOT_SPACING], table[PELVIS_YAW], table[PELVIS_ROLL]
     across = task.ground.across_angle
     out = {"upper": spacing.upper + wider} if robot.legs.side > 0.0 else {

@@ -48,7 +48,7 @@ from gaitopt.gait.plugin import (
 )
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 from gaitopt.settings import checked, entry
-from gaitopt.units import SLOPE
+from gaitopt.units import DEGREES, SLOPE
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
@@ -215,7 +215,7 @@ class Task:
             if not (is_finite(value) and abs(value) <= STEEPEST):
                 raise InputError(
                     f"{name} is {shown(value)} rad; it must be between {-STEEPEST:g} and "
-                    f"{STEEPEST:g} rad; other units stand behind the number, 10% or 6deg"
+                    f"{STEEPEST:g} rad; for a rise over the run write 10%, {DEGREES}"
                 )
         if math.hypot(math.sin(self.slope), math.sin(self.cross_slope)) > math.sin(STEEPEST):
             raise InputError(

@@ -210,7 +210,7 @@ class Stairs(Terrain):
         Raises:
             InputError: the treads are too short for it.
         """
-        length = sole.toe - sole.heel
+        length = sole.length
         room = step - length
         wanted = LEAST_ROUNDING if nosing is None else nosing
         if room < wanted:
@@ -310,7 +310,7 @@ def sole_points(spacing: float, sole: Sole) -> Array:
         spacing: largest distance between two of them [m].
         sole: its rectangle.
     """
-    count = int(np.ceil((sole.toe - sole.heel) / spacing))
+    count = int(np.ceil(sole.length / spacing))
     points = np.eye(_CORNERS)
     for share in np.arange(1, count) / count:
         points = np.vstack([points, [[1 - share, 0, share, 0], [0, 1 - share, 0, share]]])

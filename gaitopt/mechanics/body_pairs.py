@@ -226,6 +226,6 @@ def _apart(robot: Robot, pairs: Sequence[Pair], shrunk: float) -> CapsulePairs:
 def _standing(robot: Robot) -> Placements:
     """The bodies: flat feet well apart, the pelvis upright between them, arms where walks begin."""
     legs, sole, kinematics = robot.legs, robot.sole, LegKinematics(robot)
-    spacing = legs.side * max(abs(legs.stance_width), sole.left - sole.right + _APART)
+    spacing = legs.side * max(abs(legs.stance_width), sole.width + _APART)
     q = kinematics.solve(*kinematics.flat_feet(0.0, spacing))
     return ForwardKinematics(robot.model).placed(robot.coupling.angles(q)[None])

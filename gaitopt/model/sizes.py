@@ -56,7 +56,7 @@ def size_doubts(chain: RootedChain, reach: float, sole: Sole, height: float) -> 
 
 
 def _check_sole(sole: Sole, reach: float) -> None:
-    length, width = sole.toe - sole.heel, sole.left - sole.right
+    length, width = sole.length, sole.width
     if max(length, width) > reach:
         raise RobotError(
             f"the sole is {length:.4g} m long and {width:.4g} m wide, but the legs measure only "

@@ -126,7 +126,7 @@ def _draw_soles(node: meshcat.Visualizer, reading: ImportedRobot, data: pin.Data
     for side, name in enumerate(reading.soles.names):
         sign = 1.0 if side == reading.stance else -1.0  # the rectangle is the standing foot's
         middle = [(sole.toe + sole.heel) / 2.0, sign * (sole.left + sole.right) / 2.0, 0.0]
-        plate = geometry.Box([sole.toe - sole.heel, sole.left - sole.right, _PLATE])
+        plate = geometry.Box([sole.length, sole.width, _PLATE])
         node[str(side)].set_object(plate, material)
         place = data.oMf[reading.model.getFrameId(name)] * pin.SE3(np.eye(3), np.array(middle))
         node[str(side)].set_transform(place.homogeneous)

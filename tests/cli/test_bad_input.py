@@ -49,11 +49,11 @@ CASES = [
     (["--sigma", "1e9"], "sigma is 1000000000.0 rad; it must be from 0 to 3.1416 rad"),
     (
         ["--trunk-pitch", "5"],
-        "trunk_pitch is 5.0 rad; .* at most 1.5708; other units .*6deg",
+        "trunk_pitch is 5.0 rad; .* at most 1.5708; for degrees .*6deg",
     ),
     (["--trunk-roll", "200deg"], "trunk_roll is 3.49.* rad; it must be at most 1.5708"),
     (["--trunk-yaw", "3"], "trunk_yaw is 3.0 rad; it must be at most 1.5708"),
-    (["--swing-tilt", "5"], "swing_tilt is 5.0 rad; it must be at most 1; other units .*deg"),
+    (["--swing-tilt", "5"], "swing_tilt is 5.0 rad; it must be at most 1; for degrees .*6deg"),
     (["--gravity", "1e9"], "gravity is 1e.09 m/s²; .* more than 1000 m/s² is nowhere"),
     (["--armature", "*=1e9"], "armature is 1e.09 kg·m²; it must be from 0 to 1000 kg·m²"),
     (["--gravity", "0"], "gravity is 0 m/s²; a walk needs at least 0.01 m/s²"),

@@ -15,7 +15,7 @@ def test_numbers_follow_from_the_robot(robot):
     )
     assert task.margins.minimum_load == pytest.approx(0.05 * robot.mass * 9.81, abs=0.05)
     assert task.boundary == "lifted"
-    assert task.margins.step_width > robot.sole.left - robot.sole.right
+    assert task.margins.step_width > robot.sole.width
 
 
 def test_a_faster_walk_has_longer_and_quicker_steps(robot):

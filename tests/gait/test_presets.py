@@ -31,7 +31,7 @@ def test_the_preset_of_humanoids_is_sized_by_the_robot(robot):
 
 def test_a_standard_walk_turns_its_foot_no_harder_than_the_sole_bears(robot, foreign):
     sole = robot.sole
-    arm = turning_arm(sole.length, sole.left - sole.right)
+    arm = turning_arm(sole.length, sole.width)
     given = preset_task("standard", robot, friction=0.5).margins
     assert given.torsional_friction == pytest.approx(0.5 * arm, abs=5e-5)
     assert preset_task() == preset_task("standard", robot)  # without a robot, that of the biped

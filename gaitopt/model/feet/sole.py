@@ -45,6 +45,11 @@ class Sole:
         return self.toe - self.heel
 
     @property
+    def width(self) -> float:
+        """From right to left [m]."""
+        return self.left - self.right
+
+    @property
     def corners(self) -> Array:
         """Toe left, toe right, heel left, heel right in the sole frame [m], shape (4, 3)."""
         return np.array(
