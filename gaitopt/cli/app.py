@@ -29,7 +29,7 @@ from gaitopt.cli.command_options import (
     TransitionOptions,
     UrdfOptions,
 )
-from gaitopt.cli.options import CONTEXT, Group, Panels, command
+from gaitopt.cli.options import CONTEXT, NO_VALUE, Group, Panels, command
 from gaitopt.cli.process import handle_termination, survive_closed_pipes
 from gaitopt.settings import Setting
 
@@ -72,7 +72,11 @@ def _print_version(wanted: bool) -> None:
 
 
 _VERSION = typer.Option(
-    "--version", help="Show the version and exit.", callback=_print_version, is_eager=True
+    "--version",
+    help="Show the version and exit.",
+    metavar=NO_VALUE,
+    callback=_print_version,
+    is_eager=True,
 )
 
 

@@ -30,7 +30,7 @@ class OptimiseOptions:
         short="-o",
         panel=RESULTS,
     )
-    page: bool = entry(True, "Write the walking robot.", panel=RESULTS)
+    page: bool = entry(True, "Write the page of the walking robot.", panel=RESULTS)
     figures: bool = entry(
         False,
         "Write the figures of the gait; its page has the curves, gaitopt plot draws them later.",

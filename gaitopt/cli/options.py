@@ -13,9 +13,11 @@ import typer.main
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from gaitopt.cli.process import errors_reported
-from gaitopt.settings import FILES, FLAG, TABLE, TEXTS, Setting, declared
+from gaitopt.settings import FILE, FILES, FLAG, INTEGER, TABLE, TEXTS, Setting, declared
 
 CONTEXT = {"help_option_names": ["-h", "--help"]}
+NO_VALUE = ""
+"""Stands in the help for the value of a flag, which takes none; Typer would write <bool>."""
 
 _WHOSE = (
     "Defaults are those of the thirteen-link biped. For other robots speed, duration, load, step "
@@ -36,8 +38,12 @@ def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
     said = f"{setting.help}{' Repeatable.' if setting.repeatable and not setting.argument else ''}"
     if own and setting.kind != FLAG and setting.default not in (None, ()):
         said += f" By default {setting.default}."
-    how: dict[str, Any] = {"help": said, "show_default": False}
-    how["rich_help_panel"] = setting.panel or panel or None
+    how: dict[str, Any] = {
+        "help": said,
+        "metavar": _metavar(setting),
+        "show_default": own and setting.default is True,
+        "rich_help_panel": setting.panel or panel or None,
+    }
     names: list[str] = [setting.option]
     default: Any = None
     kind: Any = None
@@ -46,7 +52,7 @@ def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
         if default is not False or setting.negatable:
             names = [f"{setting.option}/--no-{setting.option[2:]}"]
     else:
-        how |= {"metavar": _metavar(setting), "parser": _reader(setting)}
+        how["parser"] = _reader(setting)
         kind = list[str] if setting.repeatable else str
         required = own and setting.required
         default = inspect.Parameter.empty if required else None
@@ -60,7 +66,9 @@ def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
 
 
 def _metavar(setting: Setting) -> str:
-    plain = {"integer": "N", "file": "FILE", "files": "DIR", TABLE: "NAME=VALUE"}
+    plain = {
+        FLAG: NO_VALUE, INTEGER: "N", FILE: "FILE", FILES: "DIR", TABLE: "NAME=VALUE",
+    }  # fmt: skip
     return (setting.metavar or setting.unit or plain.get(setting.kind, "X")).upper()
 
 
@@ -196,6 +204,7 @@ class _QuickHelp:
         """Return the option, with a quicker way where it was not given."""
         option: Any = super().get_help_option(ctx)  # type: ignore[misc]
         if option is not None:
+            option.metavar = NO_VALUE
             option.process_value = partial(_value_if_given, option)
         return option
 
@@ -262,7 +271,7 @@ _HELP_ALL = inspect.Parameter(
         bool,
         typer.Option(
             "--help-all", help="Show every option.", is_eager=True,
-            callback=_show_all, show_default=False,
+            callback=_show_all, show_default=False, metavar=NO_VALUE,
         ),
     ],
 )  # fmt: skip

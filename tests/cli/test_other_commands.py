@@ -83,6 +83,8 @@ def test_help_shows_defaults_and_does_not_set_them(cli, quick):
     text = cli("optimise", "--help").stdout
     assert f"[default: {Task().speed}]" in text
     assert f"[default: {Margins().friction}]" in text
+    assert "[default: page]" in text
+    assert all("bool" not in said for said in (text, cli("--help").stdout))
     assert "optimize" not in cli("--help").stdout
 
 
