@@ -48,7 +48,7 @@ from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
 from gaitopt.model.linkage import Linkage
 from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
 from gaitopt.model.payload import add_payloads, loaded_joints
-from gaitopt.model.physics_report import armature_findings
+from gaitopt.model.physics_report import armature_findings, loop_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
 from gaitopt.model.symmetry.leg_exchange import leg_exchange
 from gaitopt.nlp import Array
@@ -305,6 +305,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     )
     told = leg_findings(model, posed.q, pair, heading, angles, others)
     rotors = armature_findings(whole, model, pair.legs, resolved, is_generated(source.text))
+    counted = _counted(source.physics, choices, heading.rotation)
     findings = (
         *told,
         *tied,
@@ -317,6 +318,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         *shod,
         *carried,
         *closed.findings,
+        *loop_findings(model, closed.others, counted),
         *odd,
         *rotors,
         *source.findings(),
@@ -330,7 +332,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         soles,
         side,
         limits,
-        _counted(source.physics, choices, heading.rotation),
+        counted,
         source.physics,
         resolved,
         findings,

@@ -49,12 +49,14 @@ class LegLoops:
             name of the joint [kg·m²].
         passed_on: joints of the legs whose own motors other joints feel too: their torque is not
             the motor's.
+        others: joints of cranks and rods in both legs.
         findings: for a person.
     """
 
     linkages: tuple[Linkage, ...] = ()
     armature: dict[str, float] = field(default_factory=dict)
     passed_on: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 
 
@@ -81,6 +83,7 @@ def leg_loops(
     """
     lines = {p.name: p for p in problems if p.kind == LOOP}
     sides: list[list[_Mechanism]] = []
+    others: list[str] = []
     for leg, other in (legs, legs[::-1]):
         groups = [
             _Mechanism(model, q, group, leg, motors, lines)
@@ -89,12 +92,13 @@ def leg_loops(
         ]
         for one in groups:
             one.check(other)
+            others += one.names(one.others)
         sides.append([one for one in groups if not one.idle])
     right, left = sides
     if [one.rows for one in right] != [one.rows for one in left]:
         one = (right or left)[0]
         raise one.refusal("the other leg has no loop through the same joints")
-    found = LegLoops()
+    found = LegLoops(others=tuple(others))
     for one, twin in zip(right, left, strict=True):
         linkage, unlike = _tighter(one, twin)
         own = (j for each in (one, twin) for j in each.turned if j in each.joints)
@@ -102,6 +106,7 @@ def leg_loops(
             (*found.linkages, linkage),
             {**found.armature, **one.armature, **twin.armature},
             (*found.passed_on, *(str(model.names[j]) for j in own)),
+            found.others,
             (*found.findings, *one.findings(linkage), *unlike),
         )
     return found

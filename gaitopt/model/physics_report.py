@@ -12,6 +12,8 @@ from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.importers.report import Finding, How
 from gaitopt.model.chain_physics import ChainPhysics, fall, gravity_tilt
 from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.legs.kinematic_tree import joint_slides
+from gaitopt.units import motion_words
 
 NO_ROTORS = (
     "the file gives the joints of the legs no rotor inertia. Motors behind gears have some "
@@ -22,6 +24,7 @@ NO_ROTORS = (
 )
 """What is said of a file without rotor inertia; the figures are those of docs/physics.md."""
 
+_LEFT = "left out: it counts at joints of the leg, not at cranks and rods of closed loops"
 _UNITS = ("N·m·s/rad", "N·m·s²/rad²", "N·m·s³/rad³")
 _SPRING_UNITS = ("N·m/rad", "N·m/rad²", "N·m/rad³")
 _SERVO_DAMPING_SHARE = 0.15  # of a motor's torque at 1 rad/s: losses stay below a tenth
@@ -56,11 +59,7 @@ def physics_findings(
         chosen: acceleration of free fall that the user gave [m/s²].
     """
     findings = _servos(chain, joints, limits)
-    for topic, part, text in (
-        ("damping", "damping", _damping),
-        ("joint friction", "friction", _friction),
-        ("springs", "springs", _spring),
-    ):
+    for topic, part, text in _PASSIVE:
         own = _by_text(joints, described.joints, text)
         left_out = bool(own) and not _by_text(joints, counted.joints, text)
         findings += [
@@ -113,6 +112,27 @@ def armature_findings(
             findings.append(Finding("armature", "robot", text))
         else:
             findings.append(Finding("armature", "robot", NO_ROTORS, "warning"))
+    return findings
+
+
+def loop_findings(model: pin.Model, names: Sequence[str], counted: Physics) -> list[Finding]:
+    """Warn of friction, damping and springs of cranks and rods, which a walk leaves out.
+
+    Args:
+        model: of the robot.
+        names: of the joints of cranks and rods in closed loops.
+        counted: physics that is left after the user's choice.
+    """
+    findings = []
+    for slides in (False, True):
+        own = tuple(n for n in names if joint_slides(model.joints[model.getJointId(n)]) == slides)
+        findings += [
+            Finding(
+                topic, ", ".join(at), f"{motion_words(told, slides=slides)}; {_LEFT}", "warning"
+            )
+            for topic, _, text in _PASSIVE
+            for told, at in _by_text(own, counted.joints, text).items()
+        ]
     return findings
 
 
@@ -171,6 +191,14 @@ def _friction(joint: PassiveJoint) -> str:
 def _spring(joint: PassiveJoint) -> str:
     told = _terms("spring", joint.stiffness, _SPRING_UNITS)
     return f"{told}, at rest at {joint.rest:.4g} rad" if told else ""
+
+
+_PASSIVE = (
+    ("damping", "damping", _damping),
+    ("joint friction", "friction", _friction),
+    ("springs", "springs", _spring),
+)
+"""Topic of findings, name among `PARTS` and words of what a joint does by itself."""
 
 
 def _terms(word: str, values: tuple[float, ...], units: tuple[str, ...]) -> str:

@@ -24,10 +24,10 @@ from gaitopt.nlp import Array
 _SOLE_THICKNESS = 0.02  # m, of the boxes that touch the ground
 _LEAST_MASS = 1e-12  # kg and kg·m²: MuJoCo refuses moving bodies without any
 _STIFF = [0.999, 0.9999, 1e-4, 0.5, 2.0]  # MuJoCo's `solimp`: ties of joints hardly give way
-RATE = 50.0
 FRICTION = 0.8  # sliding coefficient of soles on the ground, where none is given
 CONTACT_TIME = 0.004  # s, time constant of the contact, MuJoCo's `solref`
 TIMESTEP = 0.001  # s, of the integrator
+RATE = 50.0
 """Of the keyframes by default [Hz]."""
 START = "start"
 """Name of the keyframe on the cycle at which the walk starts; the others are `reference N`."""

@@ -29,7 +29,7 @@ _FLAT = 0.003  # rad, below which a foot that rolls is flat
 _ARM = 0.1  # m: a moment counts as a force at this arm
 _FORWARD, _LEFT = 0, 1
 # One set of gains, weights and limits walks bipeds of 16 to 93 kg. Gains are of place and rate.
-INTERVAL = 0.002  # s, between two ticks
+_INTERVAL = 0.002  # s, between two ticks
 _SWING = 300.0, 34.6  # 1/s², 1/s: gains of the swing sole, position and rotation
 _TRUNK = 200.0, 28.0  # of the trunk's rotation
 _HEIGHT = 50.0, 14.0  # of the height of the centre of mass
@@ -117,7 +117,7 @@ class WholeBodyController:
             reference: of the walk, where it is made already.
         """
         self._robot = robot
-        self.interval = INTERVAL
+        self.interval = _INTERVAL
         self._reference = Reference(robot, trajectory) if reference is None else reference
         self._data, nv = mujoco.MjData(robot.model), robot.model.nv
         self._mass, self._task = np.zeros((nv, nv)), np.zeros((12, nv))
@@ -199,7 +199,7 @@ class WholeBodyController:
             self.unsolved += 1
             x = np.linalg.solve(H, -f)
         joints = x[:count] - lag[:count] - _FORGET * (believed - dq)
-        self._believed = believed + INTERVAL * joints
+        self._believed = believed + _INTERVAL * joints
         return np.asarray(np.clip(torque @ x + torque_0, -self._limit, self._limit))
 
     def _see(self, qpos: Array, qvel: Array) -> None:
@@ -394,8 +394,8 @@ class WholeBodyController:
                 self._goal[axis] = min(max(_CATCH * predicted, -reach), reach)
         rate = _FILTER
         push = rate**2 * (self._goal - self._move) - 2.0 * rate * self._move_rate
-        self._move_rate = self._move_rate + push * INTERVAL
-        self._move = self._move + self._move_rate * INTERVAL
+        self._move_rate = self._move_rate + push * _INTERVAL
+        self._move = self._move + self._move_rate * _INTERVAL
         return np.asarray(push)
 
     def _keep_apart(self, place: Array, standing: Array) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from gaitopt.escape import html_text
 
-HEIGHT = 640  # pixels of a frame
+_HEIGHT = 640  # pixels of a frame
 _SHORT = 24  # characters; a longer text may be broken
 
 
@@ -23,7 +23,7 @@ class Page(str):
     def _repr_html_(self) -> str:
         """Return it in a frame, so that page and notebook have their own styles and names."""
         return (
-            f'<iframe srcdoc="{html.escape(self)}" style="width: 100%; height: {HEIGHT}px; '
+            f'<iframe srcdoc="{html.escape(self)}" style="width: 100%; height: {_HEIGHT}px; '
             'border: 0" allowfullscreen></iframe>'
         )
 

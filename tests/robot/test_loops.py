@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 from looped_bipeds import RODS, left_open, looped, parallel_ankles
-from mjcf_edits import added, at, edited
+from mjcf_edits import added, at, edited, together
 
 from gaitopt.errors import RobotError
 from gaitopt.gait.motor_space import driven_joints
@@ -299,6 +299,31 @@ def test_unequal_ranges_of_cranks_are_told():
     assert f"turns from -1.2 to 1.2 rad, {other}" in text
     as_advised = LimitOverride("right_inner_motor", lower=-0.5, upper=1.2)
     assert told(as_advised, range="-0.5 1.2") == []
+
+
+def test_what_motors_of_loops_lose_is_told_as_left_out():
+    """With the units of what moves, and not where it was left out by choice."""
+    lossy = [
+        at(f".//joint[@name='{side}_{name}_motor']", frictionloss="0.3", damping="0.2")
+        for side in ("left", "right")
+        for name in RODS
+    ]
+    text = edited(parallel_ankles(sliding=("inner",), narrow=True), together(*lossy))
+
+    def told(*without):
+        robot = Robot.from_urdf(text, choices=ImportOptions(without=without))
+        topics = "damping", "joint friction", "springs"
+        found = [f for f in robot.findings if f.topic in topics and f.how == "warning"]
+        return {(f.subject, f.text.split(";")[0]) for f in found}
+
+    nuts, cranks = (f"right_{name}_motor, left_{name}_motor" for name in ("inner", "outer"))
+    friction = {(nuts, "Coulomb friction 0.3 N"), (cranks, "Coulomb friction 0.3 N·m")}
+    damping = {
+        (nuts, "force against the motion 0.2 N·s/m"),
+        (cranks, "torque against the motion 0.2 N·m·s/rad"),
+    }
+    assert told() == friction | damping
+    assert told("friction") == damping
 
 
 def motor_at_the_roll(root):
