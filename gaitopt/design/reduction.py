@@ -58,7 +58,7 @@ class Followed:
         x: parameters, shape (P,).
         active: limits with their multipliers, at the extremes.
         steps: taken, each with one evaluation and one Hessian.
-        keeps: whether it keeps the limits, as near as that tells; else further steps do not help.
+        keeps: whether it keeps the limits at every instant, as closely as refinement asks.
     """
 
     x: Array
@@ -109,10 +109,10 @@ class _Masked(NLP):
 def followed(
     sparse: WalkProblem, fine: WalkProblem, x: Array, active: Iterable[ActiveRow], solver: SQP
 ) -> Followed | None:
-    """Return a walk near a point that keeps its limits at every instant, None if none is near.
+    """Return the walk near a point at which Newton's method rests, None if there is none.
 
-    Where it has come to rest and exceeds limits, as near an end at which they vanish, it goes on
-    with these held where they are exceeded most.
+    Where that exceeds limits near an end at which they vanish, it goes on with these held where
+    they are exceeded most, until it rests there.
 
     Args:
         sparse: the walk at its samples.
@@ -157,7 +157,8 @@ def on_either_side(
     """Return the active rows of a solution, in place of each that moves along two beside it.
 
     How a row bends as its instant moves may be all that makes the walk a minimum. Held on either
-    side it does not move, and exceeds its limit in between by half of what refinement allows.
+    side it does not move, and exceeds its limit in between by half of what refinement allows,
+    or less where it bends otherwise so near.
 
     Args:
         fine: the walk on the certificate's grid.
@@ -167,7 +168,8 @@ def on_either_side(
     rows: list[ActiveRow] = []
     for one in _at_extremes(fine, located(fine, x), active):
         if one.bend > 0.0 and one.row.multiplier:
-            aside = float(np.sqrt(REFINED / one.bend))
+            room = np.abs(fine.breaks - one.row.instant).min()
+            aside = float(min(np.sqrt(REFINED / one.bend), room))
             instants = (round(one.row.instant + way * aside, DIGITS) for way in (-1.0, 1.0))
             half = 0.5 * one.row.multiplier
             rows += [replace(one.row, instant=s, multiplier=half) for s in instants]

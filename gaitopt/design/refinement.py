@@ -72,7 +72,7 @@ def refine(
         fine: the walk on the certificate's grid, if it is at hand.
 
     Returns:
-        The walk on its final grid, and the solution with the work of all rounds.
+        The walk on its final grid, and the solution with the work of the rounds that led to it.
     """
     if solution.status not in _WORTH_SOLVING:
         return problem, solution
@@ -86,17 +86,18 @@ def refine(
         return solver.solve(finer, start, callback, stopping(stop))
 
     active, newton = active_rows(problem, solution.multipliers), quadratic(solver)
-    for way in (newton, None) if newton is not None else (None,):
-        found = problem, solution
-        for finer, again in exchange(problem, solution.x, active, solve, fine, peaks, way):
+    for way in (newton, None):
+        found, moving = (problem, solution), False
+        for finer, again, near in exchange(problem, solution.x, active, solve, fine, peaks, way):
+            moving = moving or near
             if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
                 found = found[0], _kept(found[1], again)
                 break
             found = finer, with_work(again, found[1])
         else:
             found = pruned(problem, *found)
-        if way is None or is_strict(*found):
-            break
+        if not moving or is_strict(*found):
+            break  # where no instants moved, exchange alone would do the same again
     return found
 
 
@@ -127,8 +128,8 @@ def exchange(
     fine: WalkProblem | None,
     peaks: Iterable[ViolatedRow] = (),
     newton: SQP | None = None,
-) -> Iterator[tuple[WalkProblem, Solution]]:
-    """Yield a walk and its solution round after round until one keeps the limits.
+) -> Iterator[tuple[WalkProblem, Solution, bool]]:
+    """Yield walk, solution and whether Newton's method began it, until a walk keeps the limits.
 
     After `MAX_ROUNDS` the last ones may still exceed them. A round whose solution is of no use must
     be the last that is asked for.
@@ -159,9 +160,12 @@ def exchange(
             instants, newton = instants_of(sparse, active), newton if near.keeps else None
         problem = sparse.with_grid(sparse.grid.with_instants(np.union1d(instants, beside)))
         solution = solve(problem, Start(x, placed(problem, active)))
-        yield problem, solution if near is None else _with_steps(solution, near.steps)
-        if near is not None and near.keeps and np.array_equal(solution.x, near.x):
-            return  # nothing has moved since the limits were looked at
+        if near is None:
+            yield problem, solution, False
+        else:
+            yield problem, _with_steps(solution, near.steps), True
+            if near.keeps and np.array_equal(solution.x, near.x):
+                return  # nothing has moved since the limits were looked at
         x, active = solution.x, active_rows(problem, solution.multipliers)
         peaks = () if fine is None else violated_rows(fine, x)
         if not peaks:

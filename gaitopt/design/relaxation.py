@@ -390,7 +390,9 @@ class LimitAdjustment(Adjustment):
         found = []
         for constraint in (*CONSTRAINTS, *problem.task.constraints):
             name = constraint.name
-            for margin, (force, sign) in constraint.couplings.items() if name in present else ():
+            if name not in present:
+                continue
+            for margin, (force, sign) in constraint.couplings.items():
                 rise = share * (_number(task, margin) - _number(problem.task, margin))
                 if rise == 0.0:
                     continue

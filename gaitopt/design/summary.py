@@ -255,9 +255,9 @@ def _phase(gait: Gait, phase: ContactPhase) -> Facts:
 def _impact(gait: Gait) -> Facts:
     """The landing: how hard, and how near to slipping and tipping; the worse one of a stride's."""
     impulse = np.stack([one.impulse for one in gait.steps])
-    at_zero_speed = (gait.closing and not gait.striking) or bool(
-        gait.fact("task", "margins", "soft_landing")
-    )  # what is left of the impulse is rounding then: its direction and place say nothing
+    soft = bool(gait.fact("task", "margins", "soft_landing"))
+    at_zero_speed = soft or (gait.closing and not gait.striking)
+    # what is left of the impulse is rounding then: its direction and place say nothing
     pushes = not at_zero_speed and bool((impulse[:, 2] > 0.0).all())
     return {
         "vertical_impulse_Ns": float(impulse[:, 2].max()),

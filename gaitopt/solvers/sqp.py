@@ -85,8 +85,8 @@ least-squares multipliers. Those of a step are poor where rows have nearly the s
 limit held at two instants close together): the run then goes to and fro about an optimum that it
 does not recognise."""
 NEARLY = 1e-4
-"""KKT residual of feasible iterates below which they are judged so at once: those of a step belong
-to where it began, and may hide for an iteration that it has arrived."""
+"""KKT residual of feasible iterates below which that is done at once: the multipliers of a step
+belong to where it began, and may hide for an iteration that it has arrived."""
 
 
 @checked
@@ -213,7 +213,7 @@ class _Run:
         return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.ITERATION_LIMIT
 
     def _is_optimal_by_itself(self) -> bool:
-        """Whether a run that gets no nearer is at an optimum that its steps do not recognise."""
+        """Whether an iterate that gets no nearer, or is near, is optimal by other multipliers."""
         residual, feasible = self.iterate.residual.worst, self.options.feasibility
         if self.iterate.violation > feasible or residual < self.least_residual:
             self.idle = 0

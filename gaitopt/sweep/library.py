@@ -46,7 +46,7 @@ from gaitopt.sweep.warm_start import WarmStart, warm_start_of
 
 GAITS = "gaits"
 PERIOD = 5.0  # s between two writings of the table, which takes long when it is long
-HELD = 0.5  # s for which results are held to be written together: the disk takes its time
+HELD = 0.5  # s after a writing in which results wait for the next: the disk takes its time
 
 MISSING, DAMAGED, MISFILED = "file missing", "file damaged", "file misplaced"
 ALTERED = "file altered"  # a gait of its point, but not the one that was written

@@ -79,7 +79,7 @@ def solve_between_samples(
     newton = quadratic(solver)
     peaks = () if fine is None or newton is not None else violated_rows(fine, x)
     rounds = 0
-    for problem, solution in exchange(sparse, x, active, solve, fine, peaks, newton):
+    for problem, solution, _ in exchange(sparse, x, active, solve, fine, peaks, newton):
         rounds += 1
         if not is_walk(solution) or solution.cost >= cost_limit:
             return None
@@ -152,16 +152,16 @@ def _as_it_is(
     """
     solver = path_solver(options)
 
-    def solved(x: Array, active: Sequence[ActiveRow]) -> tuple[WalkProblem, Solution]:
+    def solved(active: Sequence[ActiveRow]) -> tuple[WalkProblem, Solution]:
         problem = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, active)))
-        return problem, solver.solve(problem, Start(x, placed(problem, active)))
+        return problem, solver.solve(problem, Start(walk.x, placed(problem, active)))
 
-    problem, solution = solved(walk.x, walk.active)
+    problem, solution = solved(walk.active)
+    moving = options.refine and quadratic(solver) is not None
+    if is_walk(solution) and moving and not is_strict(problem, solution):
+        problem, solution = solved(on_either_side(fine, walk.x, walk.active))
     if not is_walk(solution):
         return None
-    moving = options.refine and quadratic(solver) is not None
-    if moving and not is_strict(problem, solution):
-        problem, solution = solved(walk.x, on_either_side(fine, walk.x, walk.active))
     return finished(problem, options.solver.confirm(problem, solution), options.refine, fine)
 
 

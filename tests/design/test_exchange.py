@@ -23,10 +23,10 @@ def rounds_of(sampled_design):
 
 def test_round_after_round_the_cost_rises_until_no_limit_is_exceeded(sampled_design):
     _, fine, found = rounds_of(sampled_design)
-    costs = [sampled_design.solution.cost, *(solution.cost for _, solution in found)]
+    costs = [sampled_design.solution.cost, *(solution.cost for _, solution, _ in found)]
     assert len(found) >= 2
     assert costs == sorted(costs)
-    assert all(violated_rows(fine, solution.x) for _, solution in found[:-1])
+    assert all(violated_rows(fine, solution.x) for _, solution, _ in found[:-1])
     assert not violated_rows(fine, found[-1][1].x)
 
 
@@ -37,7 +37,7 @@ def test_what_is_exceeded_falls_faster_than_by_halving_distances(robot, standard
     active, peaks = active_rows(problem, solution.multipliers), violated_rows(fine, solution.x)
     left = [
         max((peak.excess for peak in violated_rows(fine, found.x)), default=0.0)
-        for _, found in exchange(problem, solution.x, active, SOLVER.solve, fine, peaks)
+        for _, found, _ in exchange(problem, solution.x, active, SOLVER.solve, fine, peaks)
     ]
     assert left[0] > 0.0
     assert all(later <= earlier / 8.0 for earlier, later in pairwise(left))
@@ -46,12 +46,12 @@ def test_what_is_exceeded_falls_faster_than_by_halving_distances(robot, standard
 def test_every_round_begins_near_its_end(sampled_design):
     """The multipliers were carried along: a few steps each."""
     _, _, found = rounds_of(sampled_design)
-    assert all(solution.iterations <= 8 for _, solution in found)
+    assert all(solution.iterations <= 8 for _, solution, _ in found)
 
 
 def test_what_does_not_press_can_be_left_out(sampled_design):
     sparse, fine, found = rounds_of(sampled_design)
-    problem, solution = found[-1]
+    problem, solution, _ = found[-1]
     lean, kept = pruned(sparse, problem, solution)
     assert sparse.grid.count < lean.grid.count < problem.grid.count
     again = SOLVER.solve(lean, Start(kept.x, kept.multipliers))

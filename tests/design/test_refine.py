@@ -98,6 +98,22 @@ def test_newton_and_exchange_alone_refine_to_the_same_walk(sampled_design, monke
     assert quick.iterations < slow.iterations
 
 
+def test_where_no_instants_moved_rounds_are_solved_once(sampled_design, monkeypatch):
+    problem, first = sampled_design.problem, sampled_design.solution
+    monkeypatch.setattr(refinement, "followed", lambda *_: None)
+    monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
+    grids = []
+
+    def noted(finer):
+        grids.append(tuple(finer.grid.instants))
+        return lambda _: None
+
+    grid, solution = refine(problem, first, SQP(), noted)
+    assert solution.status is Status.OPTIMAL
+    assert not violated_rows(on_fine_grid(grid), solution.x)
+    assert len(grids) == len(set(grids)) > 1
+
+
 class Refusing(Solver):
     """A solver that must not be asked, or that fails when it is."""
 
