@@ -573,11 +573,12 @@ def _try_gait(path: Path, rng, outcome: Outcome, number: int) -> None:
 
 
 def _try_library(directory: Path, rng, outcome: Outcome, number: int) -> None:
-    from gaitopt.cli.library import run_list
+    from gaitopt.cli.command_options import LibraryOptions
+    from gaitopt.cli.library import run
     from gaitopt.sweep.library import Writer, open_library
 
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        run_list([directory], [], None, None)
+        run(LibraryOptions(directory=(directory,)))
     library = open_library(directory)
     for point in library.grid.order:
         with contextlib.suppress(GaitoptError):

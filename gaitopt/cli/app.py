@@ -161,18 +161,8 @@ def compare(options: CompareOptions, settings: Settings) -> None:
 def library(options: LibraryOptions) -> None:
     """List a gait library, draw it, or design a gait between its gaits; compare two."""
     from gaitopt.cli import library as work
-    from gaitopt.cli.process import refuse_options
 
-    shows = {"--where": options.where, "--columns": options.columns, "--plot": options.plot}
-    writes = {"--output": options.output, "--plugin": options.plugin}
-    if options.at:
-        refuse_options(shows, "without --at, which designs one gait")
-        work.run_at(options.directory, list(options.at), options.output, options.plugin)
-    else:
-        refuse_options(writes, "with --at NAME=VALUE, which designs a gait")
-        if options.plot is not None:
-            refuse_options({"--columns": options.columns}, "without --plot")
-        work.run_list(options.directory, list(options.where), options.columns, options.plot)
+    work.run(options)
 
 
 @command(app)
@@ -240,7 +230,7 @@ def check(options: CheckOptions) -> None:
     """Compute a gait or a transition again, from its parameters alone, and certify it."""
     from gaitopt.cli import check as work
 
-    work.run(options.gait, options.plugin)
+    work.run(options)
 
 
 @command(app)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import typer
 
+from gaitopt.cli.command_options import CheckOptions
 from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.report import certificate_table, print_findings_of
@@ -20,17 +19,14 @@ from gaitopt.gait.transition_file import load
 from gaitopt.tolerances import SAME
 
 
-def run(path: Path, plugin: Path | None = None) -> None:
+def run(asked: CheckOptions) -> None:
     """Check the file of a gait or a transition and print what came out.
-
-    Args:
-        path: of the file.
-        plugin: file of the constraints and the cost of its own, if it has any.
 
     Raises:
         GaitoptError: the file cannot be read or checked.
         typer.Exit: it was altered, or is not certified.
     """
+    path, plugin = asked.gait, asked.plugin
     gait, rewritten = load(path, verify=False), altered_members(path)
     print_findings_of(screen(stderr=True), gait)
     known = () if plugin is None else load_plugin(plugin).extensions

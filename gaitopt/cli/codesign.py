@@ -77,9 +77,7 @@ def run(given: Settings, asked: CodesignOptions) -> None:
     """
     directory, quiet = asked.output, asked.quiet
     require_writable(directory)
-    study, base = study_of(
-        given, asked.config, asked.vary, asked.keep_leg, asked.speeds, asked.walk
-    )
+    study, base = _study_of(given, asked)
     options, starts = base.options, base.starts
     out = screen()
     record = {"format": _FORMAT, **study_record(study)}
@@ -102,14 +100,9 @@ def run(given: Settings, asked: CodesignOptions) -> None:
 
         try:
             found = codesign(
-                study,
-                options,
-                earlier=earlier or (),
-                before=before,
-                starts=starts,
-                on_trial=told,
-                stop=stop,
-            )
+                study, options, earlier=earlier or (), before=before, starts=starts,
+                on_trial=told, stop=stop,
+            )  # fmt: skip
         except StoppedError:
             out.print("stopped; the same command goes on from here", soft_wrap=True)
             raise typer.Exit(ExitCode.INTERRUPTED) from None
@@ -127,38 +120,33 @@ def run(given: Settings, asked: CodesignOptions) -> None:
         )
 
 
-def study_of(
-    given: Settings,
-    config: Path | None,
-    vary: Sequence[str],
-    keep_leg: bool,
-    speeds: str | None,
-    walks: Sequence[str],
-) -> tuple[Study, Request]:
+def _study_of(given: Settings, asked: CodesignOptions) -> tuple[Study, Request]:
     """Return the study that is asked for, and the request behind it.
 
     Raises:
         InputError: it cannot be read, or the robot is no biped that gaitopt makes.
     """
-    asked = _asked_walks(speeds, walks)
-    base = make_request(given, config, {name for _, _, own in asked for name in own})
-    spec = biped_spec(base.settings) or make_robot(base.settings)
-    cases, maker = [], _robot_maker if isinstance(spec, BipedSpec) else _file_robot_maker
-    makers = dict[str, Callable[[Mapping[str, float]], Robot]]()
-    for label, weight, own in asked:
+    walks, vary = _asked_walks(asked.speeds, asked.walk), asked.vary
+    base = make_request(given, asked.config, {name for _, _, own in walks for name in own})
+    spec = biped_spec(base.settings) or base.robot
+    robots: dict[str, tuple[Robot, Callable[[Mapping[str, float]], Robot]]] = {}
+    cases = []
+    for label, weight, own in walks:
         settings = {**base.settings, **own}
-        robot = make_robot(settings)
+        of_robot = repr(sorted((k, v) for k, v in own.items() if k in SCHEMA["robot"]))
+        if of_robot not in robots:
+            robot = make_robot(settings)
+            made = _file_robot_maker(robot) if spec is base.robot else _robot_maker(settings)
+            robots[of_robot] = robot, made
+        robot, made = robots[of_robot]
         task = make_task(settings, robot)
         refuse_idle(own, task, robot)
-        of_robot = repr(sorted((k, v) for k, v in own.items() if k in SCHEMA["robot"]))
-        if of_robot not in makers:
-            makers[of_robot] = maker(settings)
-        cases.append(WalkCase(label, weight, task, makers[of_robot]))
+        cases.append(WalkCase(label, weight, task, made))
     if not vary:
         raise InputError("a co-design needs numbers to choose: --vary shin=25cm:35cm, repeatable")
     motors = _motors(base, vary)
     variables = tuple(_variable(text, spec, motors) for text in vary)
-    return Study(spec, variables, tuple(cases), keep_leg, motors), base
+    return Study(spec, variables, tuple(cases), asked.keep_leg, motors), base
 
 
 def _motors(base: Request, vary: Sequence[str]) -> MotorTable | None:
@@ -172,9 +160,8 @@ def _motors(base: Request, vary: Sequence[str]) -> MotorTable | None:
     return table
 
 
-def _file_robot_maker(settings: Settings) -> Callable[[Mapping[str, float]], Robot]:
+def _file_robot_maker(robot: Robot) -> Callable[[Mapping[str, float]], Robot]:
     """Return what makes a robot of a file, as a walk has it, in other proportions."""
-    robot = make_robot(settings)
     own = own_values(robot)
     return lambda values: Robot.from_urdf(robot.urdf, choices=with_proportions(robot, own, values))
 

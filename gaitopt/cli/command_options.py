@@ -14,7 +14,10 @@ DESIGN = "Design"
 _CONFIG = "TOML file with any of these options; the command line wins."
 _PLUGIN = "Python file with its own constraints, cost or terrain; it is run."
 _QUIET = "Print nothing but errors."
+_DIRECTORY = {"metavar": "DIR", "short": "-o"}
 _GAIT = "The file of a gait or a transition, .npz."
+_HOST = "Address to listen on; by default 127.0.0.1: this machine alone."
+_PORT = "Port to listen on; by default a free one from 7000 on."
 
 
 @dataclass(frozen=True)
@@ -24,11 +27,7 @@ class OptimiseOptions:
     fastest: bool = entry(False, "Search the fastest walk, from this speed up.", panel=ASKED)
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
     output: Path | None = entry(
-        None,
-        "Directory for gait, page and tables.",
-        metavar="DIR",
-        short="-o",
-        panel=RESULTS,
+        None, "Directory for gait, page and tables.", **_DIRECTORY, panel=RESULTS
     )
     page: bool = entry(True, "Write the page of the walking robot.", panel=RESULTS)
     figures: bool = entry(
@@ -44,9 +43,7 @@ class OptimiseOptions:
 class SweepOptions:
     """Of `gaitopt sweep`, beside the settings."""
 
-    output: Path = entry(
-        ..., "Gait library; one that exists goes on.", metavar="DIR", short="-o", panel="Sweep"
-    )
+    output: Path = entry(..., "Gait library; one that exists goes on.", **_DIRECTORY, panel="Sweep")
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
     quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
 
@@ -57,11 +54,7 @@ class CompareOptions:
 
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
     output: Path | None = entry(
-        None,
-        "Directory for comparison.json and convergence.png.",
-        metavar="DIR",
-        short="-o",
-        panel=RESULTS,
+        None, "Directory for comparison.json and convergence.png.", **_DIRECTORY, panel=RESULTS
     )
     quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
 
@@ -129,7 +122,7 @@ class SizeOptions:
     )
     catalogue: Path = entry(..., "Motors and gears to choose from, TOML.")
     output: Path = entry(
-        ..., "Directory for motors.toml and the gaits designed again.", metavar="DIR", short="-o"
+        ..., "Directory for motors.toml and the gaits designed again.", **_DIRECTORY
     )
     aim: str = entry("mass", "What is to be least.", choices=("mass", "loss"), metavar="WHAT")
     reserve: float | None = entry(
@@ -143,9 +136,11 @@ class CodesignOptions:
     """Of `gaitopt codesign`, beside the settings."""
 
     output: Path = entry(
-        ..., "Directory for robot, walks and report; trials that are there go on.", metavar="DIR",
-        short="-o", panel=DESIGN,
-    )  # fmt: skip
+        ...,
+        "Directory for robot, walks and report; trials that are there go on.",
+        **_DIRECTORY,
+        panel=DESIGN,
+    )
     vary: tuple[str, ...] = entry(
         (), "What to choose: shin=25cm:35cm, motors.knee.ratio=6:12; a third number: the start.",
         metavar="NAME=LOWER:UPPER", panel=DESIGN,
@@ -208,9 +203,7 @@ class SimulateOptions:
     thorough: bool = entry(
         False, "Try pushes, masses, ground, friction, delay, rotors, noise and starts."
     )
-    output: Path | None = entry(
-        None, "Directory to write summary.json to.", short="-o", metavar="DIR"
-    )
+    output: Path | None = entry(None, "Directory to write summary.json to.", **_DIRECTORY)
     page: Path | None = entry(
         None, "Page to write: the walk beside the designed one, with the pushes of --thorough.",
         metavar="FILE",
@@ -229,10 +222,8 @@ class PlayOptions:
     html: Path | None = entry(None, "Write a page instead, complete in one file.")
     steps: int | None = entry(None, "How many steps to show.")
     package_dir: tuple[Path, ...] = entry((), "Directory with the packages of the meshes.")
-    host: str | None = entry(
-        None, "Address to listen on; by default 127.0.0.1: this machine alone.", metavar="ADDRESS"
-    )
-    port: int | None = entry(None, "Port to listen on; by default a free one from 7000 on.")
+    host: str | None = entry(None, _HOST, metavar="ADDRESS")
+    port: int | None = entry(None, _PORT)
 
 
 @dataclass(frozen=True)
@@ -241,15 +232,10 @@ class LiveOptions:
 
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
     output: Path = entry(
-        Path("live"), "Directory for walks that are kept.", metavar="DIR", short="-o", panel=RESULTS
+        Path("live"), "Directory for walks that are kept.", **_DIRECTORY, panel=RESULTS
     )
-    host: str | None = entry(
-        None, "Address to listen on; by default 127.0.0.1: this machine alone.",
-        metavar="ADDRESS", panel=RESULTS,
-    )  # fmt: skip
-    port: int | None = entry(
-        None, "Port to listen on; by default a free one from 7000 on.", panel=RESULTS
-    )
+    host: str | None = entry(None, _HOST, metavar="ADDRESS", panel=RESULTS)
+    port: int | None = entry(None, _PORT, panel=RESULTS)
     stay: bool = entry(False, "Go on when the page is closed.", panel=RESULTS)
 
 
@@ -259,10 +245,7 @@ class PlotOptions:
 
     gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
     output: Path | None = entry(
-        None,
-        "Directory for the figures; by default 'figures' next to the gait.",
-        metavar="DIR",
-        short="-o",
+        None, "Directory for the figures; by default 'figures' next to the gait.", **_DIRECTORY
     )
     format: tuple[str, ...] = entry(
         (), "Form of the figures: png (default), svg or pdf.", metavar="KIND"
@@ -331,8 +314,6 @@ class TransitionOptions:
 class ReproduceOptions:
     """Of `gaitopt reproduce`."""
 
-    output: Path = entry(
-        ..., "Directory for reproduction.md, figures and numbers.", metavar="DIR", short="-o"
-    )
+    output: Path = entry(..., "Directory for reproduction.md, figures and numbers.", **_DIRECTORY)
     only: str | None = entry(None, "Only some tables and figures, as table3,fig7.", metavar="PARTS")
     quiet: bool = entry(False, _QUIET, short="-q")

@@ -11,8 +11,9 @@ from pathlib import Path
 import typer
 from rich.table import Table
 
+from gaitopt.cli.command_options import LibraryOptions
 from gaitopt.cli.display import ABSENT, new_table, screen
-from gaitopt.cli.process import ExitCode
+from gaitopt.cli.process import ExitCode, refuse_options
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.cli.results import require_files
 from gaitopt.errors import GaitFileError, InputError
@@ -43,16 +44,31 @@ _LINE = 6  # characters of a line of a header that are not broken further
 _GAP = 2  # between two columns
 
 
-def run_list(
-    directories: Sequence[Path], where: list[str], names: str | None, plot: Path | None
-) -> None:
-    """Show the table of a library or draw it; or of two, compared.
+def run(asked: LibraryOptions) -> None:
+    """Show libraries, or design a gait between those of one.
 
     Raises:
         GaitFileError: a directory is no gait library.
-        InputError: a condition or a column cannot be used, the figure cannot be written, there are
-            more than two libraries, or they are over different quantities.
+        InputError: an option cannot be used, or has no effect beside the others; the libraries are
+            more than two, or over different quantities; a file cannot be written.
+        GaitoptError: the gait is outside the library, or there is none.
+        typer.Exit: it is not certified.
     """
+    if asked.at:
+        shows = {"--where": asked.where, "--columns": asked.columns, "--plot": asked.plot}
+        refuse_options(shows, "without --at, which designs one gait")
+        _design(asked)
+        return
+    writes = {"--output": asked.output, "--plugin": asked.plugin}
+    refuse_options(writes, "with --at NAME=VALUE, which designs a gait")
+    if asked.plot is not None:
+        refuse_options({"--columns": asked.columns}, "without --plot")
+    _show(asked)
+
+
+def _show(asked: LibraryOptions) -> None:
+    """Show the table of a library or draw it; or of two, compared."""
+    directories, names, plot = asked.directory, asked.columns, asked.plot
     libraries = [open_library(directory) for directory in directories]
     axes = _common_axes(libraries)
     for library in libraries:
@@ -63,7 +79,7 @@ def run_list(
             unit = unit_of(name, libraries[0].cost[1])
             out.print(f"{printable(name)} [{unit}]" if unit else printable(name), soft_wrap=True)
         return
-    rows = [selected(library.rows, where) for library in libraries]
+    rows = [selected(library.rows, asked.where) for library in libraries]
     if plot is not None:
         from gaitopt.view.comparison_figures import write_library_figure
 
@@ -85,27 +101,14 @@ def run_list(
             _count(letter, library, shown)
 
 
-def run_at(
-    directories: Sequence[Path], at: list[str], output: Path | None, plugin: Path | None = None
-) -> None:
-    """Design a gait between those of a library, show it, write it.
-
-    Args:
-        directories: of the library.
-        at: NAME=VALUE of its quantities.
-        output: where to write the gait.
-        plugin: file of the library's own constraints and cost, if it has any.
-
-    Raises:
-        InputError: there are several libraries.
-        GaitoptError: it is outside the library, or there is none.
-        typer.Exit: it is not certified.
-    """
+def _design(asked: LibraryOptions) -> None:
+    """Design a gait between those of a library, show it, write it."""
+    directories, output = asked.directory, asked.output
     require_files((output, "--output"))
     if len(directories) > 1:
         raise InputError("--at is a place in one library; give one directory")
-    values = named_values(at, "--at", unit=quantity_unit)
-    gait, said = _gait_at(open_library(directories[0]), values, plugin)
+    values = named_values(asked.at, "--at", unit=quantity_unit)
+    gait, said = _gait_at(open_library(directories[0]), values, asked.plugin)
     print_findings_of(screen(stderr=True), gait)
     out = screen()
     print_gait(out, gait)
