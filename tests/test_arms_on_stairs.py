@@ -1,5 +1,6 @@
 """docs/arms-on-stairs.md: its commands run as they stand, and lead where it says."""
 
+import json
 import os
 import re
 import shlex
@@ -44,6 +45,8 @@ def test_the_walk_is_certified_with_arms_stairs_and_load(said):
     gait = load_gait(folder / "up" / "gait.npz")
     assert gait.fact("certificate", "certified") is True
     assert gait.number("task", "stairs") == 0.17
+    pictured = json.loads((ROOT / "docs" / "images" / "stairs.json").read_text())
+    assert pictured["cost_N2ms"] == pytest.approx(gait.cost, rel=1e-5)
     assert sum("shoulder_pitch" in name for name in gait.joint_names) == 2
     bare = 33.34  # kg, docs/robots.md
     assert gait.number("mass") == pytest.approx(bare + 5.0, abs=0.01)
