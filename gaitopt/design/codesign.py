@@ -573,9 +573,10 @@ class WarmWalks:
         the best of some starts takes its place. Returns whether a walk's cost has changed by that.
         """
         moved, points = 0.0, []
-        for k, (walk, (x, y)) in enumerate(zip(self._walks(best.values), best.points, strict=True)):
-            (robot, task), solver = walk, SQP(tolerance=_INNER)
+        each = zip(self._walks(best.values), best.points, strict=True)
+        for k, ((robot, task), (x, y)) in enumerate(each):
             problem = WalkProblem(robot, task, self.problems[k].grid)
+            solver = SQP(tolerance=_INNER)
             found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
             problem, found = refine(problem, found, solver, stop=self.stop)
             x, y, cost = found.x, found.multipliers, found.cost

@@ -391,12 +391,16 @@ class Scheduler:
     def _finish(self) -> None:
         """Make gaits of the walks, and explain the points without."""
         jobs = []
+        self._workers = 0  # these are all jobs that are left: none can be done ahead
         for point in sorted(self._grid.order):
-            state = self._states[point]
-            if not self._writer.has_gait(point) and state.refusal is None:
-                kind = FINISH if state.walk else DIAGNOSE
-                jobs.append(self._job(kind, point, walk=state.walk))
+            if self._open(point):
+                walk = self._walk_at(point)
+                jobs.append(self._job(FINISH if walk else DIAGNOSE, point, walk=walk))
         self._drive("finishing", jobs, self._note_gait)
+
+    def _open(self, point: Index) -> bool:
+        """Whether a point has neither a gait nor the reason why there is none."""
+        return not self._writer.has_gait(point) and self._states[point].refusal is None
 
     def _walk_at(self, point: Index) -> WarmStart | None:
         return self._states[point].walk
@@ -522,7 +526,7 @@ class Scheduler:
                 break
             walk = self._walk_at(point)
             known = self._ahead.get(point, (None,))[0]
-            if walk is not None and walk is not known and not self._writer.has_gait(point):
+            if walk is not None and walk is not known and self._open(point):
                 future = executor.submit(self._run, self._job(FINISH, point, walk=walk))
                 self._ahead[point] = walk, future
                 pending.add(future)

@@ -6,15 +6,16 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import BrokenExecutor
+from concurrent.futures import BrokenExecutor, Future
 
 import pytest
 from sweeps import QUICK, SPEEDS, costs, quick_task
 
 from gaitopt.errors import InputError
 from gaitopt.sweep import workers as workers_module
+from gaitopt.sweep.executor import FINISH
 from gaitopt.sweep.scheduler import sweep
-from gaitopt.sweep.workers import local_workers
+from gaitopt.sweep.workers import LocalWorkers, local_workers
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX")
 
@@ -49,6 +50,30 @@ def test_started_afresh_they_find_the_same(robot, swept, tmp_path, monkeypatch):
     with local_workers(1) as executor:
         library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, executor=executor)
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+class AtOnce(LocalWorkers):
+    """Eight workers, most of which wait: each job is done as it comes, and listed."""
+
+    def __init__(self):
+        super().__init__(8)
+        self.jobs = []
+
+    def submit(self, fn, job, /):
+        self.jobs.append(job)
+        future = Future()
+        future.set_result(fn(job))
+        return future
+
+
+def test_walks_are_finished_while_others_are_compared_and_none_twice(robot, swept, tmp_path):
+    executor = AtOnce()
+    library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, executor=executor)
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+    finishing = [job.kind == FINISH for job in executor.jobs]
+    assert finishing != sorted(finishing)  # some before others are compared
+    finished = [(job.point, job.walk.cost) for job in executor.jobs if job.kind == FINISH]
+    assert len(finished) == len(set(finished)) >= len(SPEEDS.values)
 
 
 def test_a_job_that_kills_every_worker_is_told():
