@@ -10,17 +10,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.mechanics.mdh_chain import Chain, JointTable, LinkTable
 
-rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
-quick = settings(max_examples=20, derandomize=True, deadline=None)
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
 UP = np.array([1.0, 0.0, 0.0])  # R0
+
+
+def seeded(test):
+    """Call a test with twenty generators `rng` of random numbers, the same at every run."""
+    rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+    return settings(max_examples=20, derandomize=True, deadline=None)(given(rng=rngs)(test))
 
 
 def turned_about(axis, angle):

@@ -5,17 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
 from paper_chain import chain_of_spec
 from random_chains import (
     EXACT,
     pin_model,
     posture,
-    quick,
     random_cloud_chain,
     random_spec,
     relative,
-    rngs,
+    seeded,
     turned_about,
 )
 
@@ -29,8 +27,7 @@ from gaitopt.model.robot import Robot
 X, Y, Z = np.eye(3)
 
 
-@quick
-@given(rngs)
+@seeded
 def test_table_1_at_the_zero_posture_is_a_biped_with_straight_legs(rng):
     spec = random_spec(rng)
     g = spec.geometry
@@ -54,8 +51,7 @@ def test_table_1_at_the_zero_posture_is_a_biped_with_straight_legs(rng):
     assert relative(origin, np.array([0.0, g.d7 + 2.0 * g.l4, 0.0])) < EXACT
 
 
-@quick
-@given(rngs)
+@seeded
 def test_spec_urdf_and_robot_put_the_swing_sole_at_the_same_place(rng):
     spec = random_spec(rng)
     robot = Robot.from_urdf(urdf_text(spec))
@@ -125,8 +121,7 @@ def pin_from_lines(origins, axes, links, tool, sigma):
         ("nearly parallel", 1e-8),  # common normals 1e5 m away cost five digits
     ],
 )
-@quick
-@given(rng=rngs)
+@seeded
 def test_any_joint_lines_make_the_same_machine(kind, tolerance, rng):
     origins, axes = lines(rng, kind)
     links = bodies(rng)
@@ -156,8 +151,7 @@ def foreign(model):
     return SimpleNamespace(model=model, stance_sole="stance", swing_sole="swing")
 
 
-@quick
-@given(rngs)
+@seeded
 def test_a_foreign_robot_with_tilted_axes_and_a_displaced_sole(rng):
     chain, _ = random_cloud_chain(rng)
     model = pin_model(chain, 9.81)

@@ -5,18 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
 from paper_chain import chain_of_spec
 from places import REFERENCE
 from random_chains import (
     EXACT,
     pin_model,
     posture,
-    quick,
     random_cloud_chain,
     random_spec,
     relative,
-    rngs,
+    seeded,
 )
 
 from gaitopt.catalogue.biped_spec import biped13
@@ -54,8 +52,7 @@ def sole_jacobian(chain, q):
     return sole.inverse().action @ swing_jacobian(chain, q)
 
 
-@quick
-@given(rngs)
+@seeded
 def test_jacobians_are_pinocchios(rng):
     chain, _ = random_cloud_chain(rng)
     q = rng.uniform(-2.0, 2.0, chain.dof)
@@ -68,8 +65,7 @@ def test_jacobians_are_pinocchios(rng):
     assert relative(sole_jacobian(chain, q), sole) < EXACT
 
 
-@quick
-@given(rngs)
+@seeded
 def test_impact_of_any_chain_solves_the_kkt_system(rng):
     chain, _ = random_cloud_chain(rng, n=8)
     chain = replace(chain, armature=rng.uniform(0.1, 1.0, chain.dof))
@@ -85,8 +81,7 @@ def test_impact_of_any_chain_solves_the_kkt_system(rng):
     assert np.abs(J @ V_plus).max() < SOLVED * np.abs(J @ before).max()
 
 
-@quick
-@given(rngs)
+@seeded
 def test_spec_urdf_and_robot_agree_on_the_impact(rng):
     spec = random_spec(rng)
     robot = Robot.from_urdf(urdf_text(spec))
@@ -102,8 +97,7 @@ def test_spec_urdf_and_robot_agree_on_the_impact(rng):
         assert relative(sole_jacobian(chain, q) @ turn, J) < EXACT
 
 
-@quick
-@given(rngs)
+@seeded
 def test_the_impulse_is_the_change_of_momentum_and_takes_energy(rng):
     chain = chain_of_spec(random_spec(rng))
     q, rate = rng.uniform(-0.6, 0.6, (2, 12))

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
 from random_chains import (
     EXACT,
     link_matrices,
-    quick,
     random_cloud_chain,
     relative,
-    rngs,
+    seeded,
     turned_about,
 )
 
@@ -18,8 +16,7 @@ from gaitopt.mechanics.mdh_chain import PARALLEL, link_placements, parameters, t
 X, _, Z = np.eye(3)
 
 
-@quick
-@given(rngs)
+@seeded
 def test_link_frames_are_products_of_elementary_matrices(rng):
     chain, _ = random_cloud_chain(rng)
     q = rng.uniform(-3.0, 3.0, chain.dof)
@@ -32,8 +29,7 @@ def test_link_frames_are_products_of_elementary_matrices(rng):
 @pytest.mark.parametrize(
     "tilt", [0.7, 3.0, np.pi, 0.0, 1e-3, 1e-6, 2.0 * PARALLEL, 0.5 * PARALLEL, np.pi - 1e-6]
 )
-@quick
-@given(rng=rngs)
+@seeded
 def test_parameters_place_any_frame(tilt, rng):
     about = rng.normal(size=2)
     tilted = turned_about([*about / np.linalg.norm(about), 0.0], tilt)

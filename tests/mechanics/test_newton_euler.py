@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
 from paper_chain import chain_of_spec, zero_moment_point
 from places import REFERENCE
 from random_chains import (
@@ -16,11 +15,10 @@ from random_chains import (
     centre_of_mass,
     pin_model,
     posture,
-    quick,
     random_cloud_chain,
     random_spec,
     relative,
-    rngs,
+    seeded,
     slope,
 )
 
@@ -44,8 +42,7 @@ def paper_signs(chain):
     return replace(chain, sign=np.ones(chain.dof))
 
 
-@quick
-@given(rngs)
+@seeded
 def test_wrench_and_torques_obey_newtons_law_for_particles(rng):
     chain, cloud = random_cloud_chain(rng)
     q, dq, ddq = rng.uniform(-1.5, 1.5, (3, chain.dof))
@@ -64,8 +61,7 @@ def test_wrench_and_torques_obey_newtons_law_for_particles(rng):
     assert relative(torque, np.array(work)) < DIFFERENCED
 
 
-@quick
-@given(rngs)
+@seeded
 def test_power_of_the_torques_is_the_rate_of_change_of_energy(rng):
     chain, cloud = random_cloud_chain(rng)
     chain = replace(chain, armature=rng.uniform(0.1, 1.0, chain.dof))
@@ -83,8 +79,7 @@ def test_power_of_the_torques_is_the_rate_of_change_of_energy(rng):
     assert abs(torque @ dq - power) < DIFFERENCED * np.abs(torque * dq).sum()
 
 
-@quick
-@given(rngs)
+@seeded
 def test_a_moving_base_and_an_end_wrench_agree_with_pinocchio(rng):
     chain, _ = random_cloud_chain(rng)
     chain = replace(chain, armature=rng.uniform(0.1, 1.0, chain.dof))
@@ -107,8 +102,7 @@ def test_a_moving_base_and_an_end_wrench_agree_with_pinocchio(rng):
     assert relative(np.concatenate([R0, torque]), expected) < EXACT
 
 
-@quick
-@given(rngs)
+@seeded
 def test_walkers_inertia_matrix_is_pinocchios(rng):
     chain, _ = random_cloud_chain(rng)
     chain = replace(chain, armature=rng.uniform(0.1, 1.0, chain.dof))
@@ -120,8 +114,7 @@ def test_walkers_inertia_matrix_is_pinocchios(rng):
     assert relative(D, D.T) < EXACT
 
 
-@quick
-@given(rngs)
+@seeded
 def test_momentum_is_pinocchios(rng):
     chain, _ = random_cloud_chain(rng)
     q, dq = rng.uniform(-2.0, 2.0, (2, chain.dof))
@@ -134,8 +127,7 @@ def test_momentum_is_pinocchios(rng):
     assert relative(sole_axes(momentum(chain, q, dq, twist)), expected) < EXACT
 
 
-@quick
-@given(rngs)
+@seeded
 def test_the_ground_wrench_changes_the_momentum(rng):
     chain = chain_of_spec(random_spec(rng))
     q, dq, ddq = rng.uniform(-0.6, 0.6, (3, 12)) * np.array([[1.0], [3.0], [20.0]])
@@ -150,8 +142,7 @@ def test_the_ground_wrench_changes_the_momentum(rng):
     assert relative(sole_axes(wrench), expected) < DIFFERENCED
 
 
-@quick
-@given(rngs)
+@seeded
 def test_spec_urdf_and_robot_agree_on_torques_wrench_and_zmp(rng):
     spec = random_spec(rng)
     robot = Robot.from_urdf(urdf_text(spec))
@@ -171,8 +162,7 @@ def test_spec_urdf_and_robot_agree_on_torques_wrench_and_zmp(rng):
         assert relative(zero_moment_point(R0)[1], np.array([-my / fz, mx / fz])) < EXACT
 
 
-@quick
-@given(rngs)
+@seeded
 def test_no_moment_remains_at_the_zmp_along_the_sole(rng):
     force, moment = rng.uniform(-1.0, 1.0, (2, 3))
     force[0] = rng.uniform(0.1, 2.0)
