@@ -17,14 +17,14 @@ spline of its own (`gait/foot_turn.py`).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.contact.schedule import Schedule, shared_knots
+from gaitopt.contact.schedule import shared_knots
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
@@ -35,13 +35,7 @@ from gaitopt.gait.double_support import (
     landing_sole_chain,
     place,
 )
-from gaitopt.gait.grid import Grid
-from gaitopt.gait.parameters import (
-    DURATION,
-    FOOT_YAW,
-    Chart,
-    Layout,
-)
+from gaitopt.gait.parameters import DURATION, FOOT_YAW
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import (
     Basis,
@@ -73,7 +67,7 @@ from gaitopt.mechanics.closed_impact import ClosedImpact
 from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState
 from gaitopt.mechanics.single_support import SupportState
 from gaitopt.model.joint_tree import TWIST
-from gaitopt.model.robot import Robot, cached_workspace
+from gaitopt.model.robot import cached_workspace
 from gaitopt.nlp import Array
 
 _END = np.array([1.0])
@@ -82,23 +76,9 @@ _END = np.array([1.0])
 class DoubleStepModel(StepModelBase):
     """Evaluates steps with a double support; every result is a pure function of x."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        layout: Layout,
-        grid: Grid,
-        optional: Collection[Quantity] = (),
-        schedule: Schedule | None = None,
-        chart: Chart | None = None,
-        before: Chart | None = None,
-    ) -> None:
-        """Prepare what does not depend on x; arguments and errors as of `StepModelBase`.
-
-        Raises:
-            InputError: the swing leg does not follow from the stance leg.
-        """
+    def _prepare(self) -> None:
+        robot, layout, grid = self.robot, self.layout, self.grid
         refuse_open(robot)
-        super().__init__(robot, layout, grid, optional, schedule, chart, before)
         if self.schedule.striking and not robot.tree.determined:
             raise InputError(
                 "an impact that both feet take is for robots whose legs alone move; hold the other "

@@ -128,7 +128,7 @@ def _shrunk(robot: Robot, length: float) -> float:
 
 
 def _torsional_friction(robot: Robot | None, changes: Mapping[str, object]) -> dict[str, object]:
-    friction = changes.get("friction", Margins().friction)
+    friction = changes.get("friction", Margins.friction)
     if not is_finite(friction):
         return {}  # the task says what is wrong with it
     return {"torsional_friction": bearable_torsion(robot, friction)}

@@ -305,15 +305,7 @@ class ShiftStepModel(StepModel):
         return found
 
     def on_coefficients(self, step: Step, by_order: Array) -> Array:
-        """Weights of the coefficients after the foot has left, those of the shift included.
-
-        Args:
-            step: the step.
-            by_order: derivative of a function in (q, dq, ddq) at the instants, shape (N, 3, n).
-
-        Returns:
-            Shape (k + 4, n); the rates as the foot leaves, which follow from the rest, have none.
-        """
+        """Return weights as `StepModel`; the rates as the foot leaves, which follow, have none."""
         on_swing, at_free, leaving = self._weights(step, by_order)
         free = on_coefficients(self._free, step.duration, at_free)
         free += on_coefficients(self._leaving, step.duration, leaving)

@@ -8,6 +8,7 @@ constant linear map to the spline's coefficients, then the coefficients' depende
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -84,7 +85,7 @@ class Opening:
     posture: Posture
 
 
-class StepModelBase:
+class StepModelBase(ABC):
     """What steps with and without a double support have in common: all but their course."""
 
     def __init__(
@@ -107,7 +108,8 @@ class StepModelBase:
             before: that of the step before, whose stance foot is the rear one at the start.
 
         Raises:
-            InputError: the layout's form of the double support does not suit the robot.
+            InputError: the layout's form of the double support, or the schedule, does not suit the
+                robot.
         """
         if not layout.lifted:
             refuse_undetermined(robot)
@@ -132,6 +134,11 @@ class StepModelBase:
         plain = not self.turns_foot and layout.rise == 0.0
         self._boundary = form if plain else form(robot, self.hinge, layout.rise, self.line)
         self._impact = Impact if self.line is None else Impact(robot, self.line)
+        self._prepare()
+
+    @abstractmethod
+    def _prepare(self) -> None:
+        """Prepare what depends on the course of the step, and not on x."""
 
     def _start_in_x(self) -> Array:
         """Derivatives in x of what shapes the double support at the start, (b, P)."""
@@ -202,10 +209,7 @@ class StepModelBase:
         return turns
 
     def sampled(self, step: Step) -> tuple[NDArray[np.int_], Array]:
-        """Return the quadrature nodes while a foot swings, and their times since it left [s].
-
-        Both have the shape (k,).
-        """
+        """Return the quadrature nodes that a gait holds, and their times [s], shape (k,) each."""
         nodes = np.arange(self.grid.nodes)
         return nodes, self.grid.instants[nodes] * step.duration
 
@@ -280,30 +284,19 @@ class StepModelBase:
 class StepModel(StepModelBase):
     """Evaluates steps of one robot on one grid; every result is a pure function of x."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        layout: Layout,
-        grid: Grid,
-        optional: Collection[Quantity] = (),
-        schedule: Schedule | None = None,
-        chart: Chart | None = None,
-        before: Chart | None = None,
-    ) -> None:
-        """Prepare what does not depend on x; arguments and errors as of `StepModelBase`."""
-        super().__init__(robot, layout, grid, optional, schedule, chart, before)
-        self.knots: Array = self.schedule.knots(layout.postures)
+    def _prepare(self) -> None:
+        self.knots: Array = self.schedule.knots(self.layout.postures)
         """Shares of the step between which its motion is smooth, shape (m,)."""
-        self.basis: Basis = spline_basis(self.knots, grid.instants)
+        self.basis: Basis = spline_basis(self.knots, self.grid.instants)
         self._flat_impact: FlatImpact | None = None
         if self.schedule.slapping and self.line is not None:
             flat = float(self.schedule.changes[0])
-            self.basis = jumping_spline(self.knots, grid.instants, flat)
-            self._flat_impact = FlatImpact(robot, self.line)
-            first = (int(np.argmin(np.abs(self.knots - flat))) - 1) * layout.joints
+            self.basis = jumping_spline(self.knots, self.grid.instants, flat)
+            self._flat_impact = FlatImpact(self.robot, self.line)
+            first = (int(np.argmin(np.abs(self.knots - flat))) - 1) * self.layout.joints
             # the posture there, and the rate of the foot, of which the jump is a function
-            posture = range(first, first + layout.joints)
-            self._at_flat = np.array([*posture, layout.landed.stop - 1])
+            posture = range(first, first + self.layout.joints)
+            self._at_flat = np.array([*posture, self.layout.landed.stop - 1])
 
     def step(self, x: Array) -> Step:
         """Return the step at x (P,), of a walk whose next step is this one again, exchanged.

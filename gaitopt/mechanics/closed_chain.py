@@ -329,7 +329,7 @@ def nested(axes: Array, force: Array, depth: int) -> tuple[Array, Array, Array]:
 
     Args:
         axes: in the world, shape (N, m, 6).
-        force: [N, N·m], shape (N, 6).
+        force: a force [N, N·m], or weights of motions, shape (N, 6).
         depth: 2, 3 or 4: of more axes, nothing is returned.
     """
     m = axes.shape[1]

@@ -85,7 +85,7 @@ class LegKinematics:
         return frames[self.robot.pelvis_frame].copy(), frames[self.robot.swing_frame].copy()
 
     def axes(self, q: Array) -> Array:
-        """Return the motion axes of all joints in the stance sole frame at q (n,) [rad], (a, 6)."""
+        """Return the axes of all joints in the stance sole frame at q (n,) [rad], (all, 6)."""
         self._q[7:] = self.robot.coupling.angles(q)
         J = pin.computeJointJacobians(self._model, self._data, self._q)
         return np.asarray(J[:, 6:].T).copy()

@@ -252,10 +252,10 @@ def motor_effort(
     gravity: ArrayLike = GRAVITY,
     end_wrench: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """Return what ground and motors give; arguments as of `inverse_dynamics`, and the loads.
+    """Return what ground and motors give where loads act as well; as of `inverse_dynamics`.
 
     Args:
-        loads: what acts on the chain beside; the other arguments and errors are the same.
+        loads: what acts on the chain beside.
     """
     R0, torque = inverse_dynamics(chain, q, dq, ddq, gravity=gravity, end_wrench=end_wrench)
     angle, rate = joint_values(chain, "q", q), joint_values(chain, "dq", dq)

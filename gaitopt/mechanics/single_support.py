@@ -176,7 +176,7 @@ class SingleSupport:
         return motion
 
     def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
-        """Return wrench, torques and swing foot at the motion q, dq, ddq (N, n) [rad, s]."""
+        """Return wrench, torques and swing foot at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
         motion_of_all = self._load(q, dq, ddq)
         q, dq, _ = motion_of_all.of_all
         model, data = self.robot.model, self._data
@@ -196,7 +196,7 @@ class SingleSupport:
     def derivatives(
         self, q: Array, dq: Array, ddq: Array
     ) -> tuple[SupportState, SupportDerivatives]:
-        """Return the state and its exact derivatives at the motion q, dq, ddq (N, n) [rad, s]."""
+        """Return the state and its exact derivatives at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
         motion = self._load(q, dq, ddq)
         q, dq, _ = motion.of_all
         model, data = self.robot.model, self._data
