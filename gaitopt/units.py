@@ -80,6 +80,26 @@ def read_quantity(value: object, unit: str) -> float:
     return math.sin(number) if unit == SINE else number
 
 
+def read_motion(value: str, unit: str) -> tuple[float, str]:
+    """Return a quantity of a joint and the SI unit it has; "" for a plain number.
+
+    Args:
+        value: a number, with a unit of joints that turn, of joints that slide, or without.
+        unit: SI unit where the joint turns; `motion_words` has that where it slides.
+
+    Raises:
+        ValueError: it is no number, or has another unit; the message says what to give.
+    """
+    found = _NUMBER.fullmatch(value)
+    if found is None or found[2] is None:
+        return read_quantity(value, unit), ""
+    linear = motion_words(unit, slides=True)
+    for one in (unit, linear):
+        if found[2] in UNITS[one]:
+            return read_quantity(value, one), one
+    raise ValueError(f"{_advice(unit)}; for a joint that slides: {', '.join(UNITS[linear])}")
+
+
 def in_si(value: object, unit: str) -> object:
     """Return a text of a number with a unit of the dimension as that number; others as they are."""
     found = _NUMBER.fullmatch(value) if isinstance(value, str) else None

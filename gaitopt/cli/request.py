@@ -52,6 +52,7 @@ from gaitopt.model.import_options import (
     choices_from_record,
     choices_from_toml,
     choices_record,
+    read_limit,
 )
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -187,10 +188,11 @@ def limit_of(text: str) -> LimitOverride:
             "'*ankle*.range=-30deg:20deg'"
         )
     try:
-        read: Any = {n: _limit_value(n, v.strip()) for n, v in zip(names, values, strict=True)}
+        read = {n: read_limit(n, v.strip()) for n, v in zip(names, values, strict=True)}
     except ValueError as error:
         raise InputError(f"--limit {text}: {error}, or none") from error
-    return LimitOverride(joints, **read)
+    numbers: Any = {name: value for name, (value, _) in read.items()}
+    return LimitOverride(joints, **numbers, units=tuple(u for _, u in read.values() if u))
 
 
 def payload_of(text: str) -> Payload:
@@ -219,12 +221,6 @@ def _lengths(text: str, separator: str) -> tuple[float, float, float]:
     if len(numbers) != 3:
         raise ValueError(f"'{text}' is not three lengths")
     return numbers[0], numbers[1], numbers[2]
-
-
-def _limit_value(name: str, text: str) -> float:
-    if text == NO_LIMIT and name != "armature":
-        return -math.inf if name == "lower" else math.inf
-    return read_quantity(text, LIMIT_UNITS[name])
 
 
 def biped_spec(settings: Settings) -> BipedSpec | None:

@@ -6,9 +6,10 @@ In Python, as a TOML file, and as a table of plain values that gait files keep.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sized
+from collections.abc import Callable, Collection, Iterable, Mapping, Sized
 from dataclasses import dataclass, fields, is_dataclass, replace
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -17,7 +18,7 @@ from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.feet.sole import Sole
 from gaitopt.settings import NO_LIMIT, checked
-from gaitopt.units import read_quantity
+from gaitopt.units import read_motion, read_quantity
 
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]
@@ -44,7 +45,7 @@ SIDES = ("right", "left")
 LIMIT_UNITS = {
     "torque": "N·m", "speed": "rad/s", "lower": "rad", "upper": "rad", "armature": "kg·m²",
 }  # fmt: skip
-"""What a `LimitOverride` can replace, and its unit."""
+"""What a `LimitOverride` can replace, and its unit where the joint turns."""
 
 LEAST_GRAVITY, MOST_GRAVITY = 0.01, 1000.0
 """Of free fall [m/s²]: what walks must be pressed on the ground; the Sun's has 274."""
@@ -64,11 +65,12 @@ class LimitOverride:
 
     Attributes:
         joints: pattern of joint names as in a shell, `*knee*`, `left_hip_?`, or a word in them.
-        torque: largest |torque| [N·m]; infinite for none.
-        speed: largest |rate| [rad/s]; infinite for none.
-        lower, upper: joint range [rad]; infinite for none.
-        armature: inertia of rotor and gear seen from the joint [kg·m²].
+        torque: largest |torque| [N·m; N]; infinite for none.
+        speed: largest |rate| [rad/s; m/s]; infinite for none.
+        lower, upper: joint range [rad; m]; infinite for none.
+        armature: inertia of rotor and gear seen from the joint [kg·m²; kg].
         source: where the numbers are from, for people.
+        units: SI units that numbers were given with, which must be those of the joints.
 
     Raises:
         RobotError: the limits are no numbers, or out of range.
@@ -81,8 +83,10 @@ class LimitOverride:
     upper: float | None = None
     armature: float | None = None
     source: str = ""
+    units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "units", _tuple(self.units, "limits: units"))
         if not isinstance(self.joints, str) or not self.joints:
             raise RobotError(f"limits: joints must be a pattern of names, got {self.joints!r}")
         if not isinstance(self.source, str):
@@ -114,6 +118,17 @@ class LimitOverride:
         """Return what is replaced, by name."""
         values = {name: getattr(self, name) for name in LIMIT_UNITS}
         return {name: value for name, value in values.items() if value is not None}
+
+
+def read_limit(name: str, text: str) -> tuple[float, str]:
+    """Return a number of a `LimitOverride` and the SI unit it has, "" for none.
+
+    Raises:
+        ValueError: it is none; the message says what to give.
+    """
+    if text == NO_LIMIT and name != "armature":
+        return -math.inf if name == "lower" else math.inf, ""
+    return read_motion(text, LIMIT_UNITS[name])
 
 
 def matching(pattern: str, names: Iterable[str]) -> list[str]:
@@ -521,11 +536,15 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
             raise RobotError(f"{name}: {needed} is missing; give {advice}")
     if part is Payload and "mass" not in table:
         raise RobotError(f"{name}: mass is missing; give it [kg]")
+    units = []
     for key, text in table.items():
-        if part is LimitOverride and text == NO_LIMIT and key in LIMIT_UNITS and key != "armature":
-            table[key] = -math.inf if key == "lower" else math.inf
+        if part is LimitOverride and key in LIMIT_UNITS and isinstance(text, str):
+            table[key], unit = _read(partial(read_limit, key), text, f"{name}: {key}")
+            units += [unit] * bool(unit)
         elif (unit := _UNITS[part].get(key)) is not None:
             table[key] = _in_si(text, unit, f"{name}: {key}")
+    if units:
+        table["units"] = (*table.get("units", ()), *units)
     if part is ImportOptions and isinstance(posture := table.get("posture"), Mapping):
         table["posture"] = {j: _in_si(q, "rad", f"posture: {j}") for j, q in posture.items()}
     return table
@@ -533,10 +552,14 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
 
 def _in_si(value: object, unit: str, what: str) -> object:
     """Return a text of a number, with a unit or without, as that number; others as they are."""
+    return _read(lambda t: read_quantity(t, unit), value, what) if isinstance(value, str) else value
+
+
+def _read(read: Callable[[str], Any], text: str, what: str) -> Any:
     try:
-        return read_quantity(value, unit) if isinstance(value, str) else value
+        return read(text)
     except ValueError as error:
-        raise RobotError(f"{what} = {str(value)[:60]!r} is wrong; {error}") from None
+        raise RobotError(f"{what} = {text[:60]!r} is wrong; {error}") from None
 
 
 _TABLES: dict[str, type] = {
@@ -546,7 +569,7 @@ _TABLES: dict[str, type] = {
 """Choices that are lists of tables."""
 
 _UNITS: dict[type, dict[str, str]] = {
-    LimitOverride: LIMIT_UNITS,
+    LimitOverride: {},
     InertiaOverride: {"mass": "kg"},
     PartChange: {"longer": "m", "heavier": "kg"},
     Payload: {"mass": "kg"},

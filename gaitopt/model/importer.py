@@ -301,7 +301,10 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     # after the proportions: a load does not grow with the link that carries it
     payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     resolved = replace(
-        resolved, posture=tuple(angles.items()) or None, limits=overrides, payloads=payloads
+        resolved,
+        posture=tuple(angles.items()) or None,
+        limits=tuple(replace(one, units=()) for one in overrides),  # which fit, as `override` knows
+        payloads=payloads,
     )
     told = leg_findings(model, posed.q, pair, heading, angles, others)
     rotors = armature_findings(whole, model, pair.legs, resolved, is_generated(source.text))

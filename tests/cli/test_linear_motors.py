@@ -56,7 +56,7 @@ def walk(quick, cli, tmp_path_factory):
     folder = tmp_path_factory.mktemp("linear")
     text = parallel_ankles(sliding=("inner",), torque=100.0, narrow=True)
     (folder / "biped.xml").write_text(text, "utf-8")
-    limits = ("--limit", "*_inner_motor.speed=0.6", "--limit", "*_inner_motor.armature=0.1")
+    limits = ("--limit", "*_inner_motor.speed=60cm/s", "--limit", "*_inner_motor.armature=0.1")
     words = ("--urdf", folder / "biped.xml", "--speed", "0.8", "--duration", "0.4", *limits)
     report = quick(*words, "-o", folder)
     asked = ("requirements", folder / "gait.npz", "--motors", EXAMPLES / "motors.toml")

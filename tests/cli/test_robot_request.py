@@ -92,7 +92,10 @@ def test_limits_of_joints():
         (".speed=8", "give JOINTS.WHAT=VALUE"),
         ("knee.sped=8", "one of torque, speed, lower, upper, armature"),
         ("knee.range=8", "range, with LOWER:UPPER"),
-        ("knee.speed=8Nm", "--limit knee.speed=8Nm: give a number in rad/s.*rpm, or none"),
+        (
+            "knee.speed=8Nm",
+            "--limit knee.speed=8Nm: give a number in rad/s.*rpm; .* slides: m/s, .*, or none",
+        ),
         ("knee.speed", "give JOINTS.WHAT=VALUE"),
     ):
         with pytest.raises(InputError, match=said):

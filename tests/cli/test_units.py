@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+from looped_bipeds import parallel_ankles
 
 from gaitopt import load_gait
 from gaitopt.cli.config import SCHEMA, read_config
-from gaitopt.cli.request import make_request
+from gaitopt.cli.request import limit_of, make_request
 from gaitopt.errors import InputError, RobotError
-from gaitopt.model.import_options import choices_from_toml
+from gaitopt.model.import_options import ImportOptions, choices_from_toml
+from gaitopt.model.robot import Robot
 from gaitopt.settings import declared, setting
 from gaitopt.units import SINE, UNITS, read_quantity
 
@@ -135,6 +137,26 @@ def test_choices_take_units_too():
     for wrong in ('sole_drop = "4deg"', 'posture = { knee = "bent" }', limit):
         with pytest.raises(RobotError, match=r"is wrong; give a number in .*with its unit: "):
             choices_from_toml(f"{wrong}\n")
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [
+        ("right_inner_motor.speed=12rpm", "given in rad/s, but joint .* slides; give m/s, or a "),
+        ("right_inner_motor.range=-1cm:3deg", "given in rad, but joint .* slides; give m, or a "),
+        ("right_outer_motor.torque=1kN", "given in N, but joint .* turns; give N·m, or a pattern"),
+        ("*_motor.speed=1m/s", "given in m/s, but joint 'left_outer_motor' turns; give rad/s, or"),
+    ],
+)
+def test_units_of_a_limit_are_those_of_its_joints(limit, said):
+    """From the command line as from a file of choices."""
+    (joints, what), values = limit.split("=")[0].rsplit(".", 1), limit.split("=")[1].split(":")
+    names = ("lower", "upper") if what == "range" else (what,)
+    lines = [f'{name} = "{value}"' for name, value in zip(names, values, strict=True)]
+    table = "\n".join(["[[limits]]", f'joints = "{joints}"', *lines])
+    for choices in (ImportOptions(limits=(limit_of(limit),)), choices_from_toml(table)):
+        with pytest.raises(RobotError, match=said):
+            Robot.from_urdf(parallel_ankles(sliding=("inner",), narrow=True), choices=choices)
 
 
 def test_every_setting_says_what_it_is():

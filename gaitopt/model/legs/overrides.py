@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
 
@@ -13,17 +13,17 @@ from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.pinocchio_model import inertia_fault
 from gaitopt.importers.report import Finding
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.import_options import InertiaOverride, LimitOverride, matching
+from gaitopt.model.import_options import LIMIT_UNITS, InertiaOverride, LimitOverride, matching
 from gaitopt.model.legs.kinematic_tree import joint_slides
 from gaitopt.model.legs.leg_detection import joint_count
 from gaitopt.units import motion_words
 
-_ENTRIES = {
-    "torque": ("effortLimit", "N·m"),
-    "speed": ("velocityLimit", "rad/s"),
-    "lower": ("lowerPositionLimit", "rad"),
-    "upper": ("upperPositionLimit", "rad"),
-    "armature": ("armature", "kg·m²"),
+_ATTRIBUTES = {
+    "torque": "effortLimit",
+    "speed": "velocityLimit",
+    "lower": "lowerPositionLimit",
+    "upper": "upperPositionLimit",
+    "armature": "armature",
 }
 
 # Kept apart by Pinocchio, which compares the two.
@@ -42,7 +42,8 @@ def override(
         overrides: the later one counts where two match.
 
     Raises:
-        RobotError: a pattern matches no joint with one coordinate, or leaves it an empty range.
+        RobotError: a pattern matches no joint with one coordinate, or leaves it an empty range; or
+            a limit has another unit than a joint.
     """
     changed, subjects = model.copy(), dict[str, list[str]]()
     names = [str(name) for name in model.names]
@@ -59,6 +60,7 @@ def override(
                 f"limits: no joint matches '{entry.joints}'; "
                 f"{did_you_mean(entry.joints, names[2:])}the joints are: {', '.join(names[2:])}"
             )
+        _check_units(entry, {names[j]: joint_slides(model.joints[j]) for j in joints})
         source = f"; {entry.source}" if entry.source else ""
         for slides in (False, True):
             if own := [j for j in joints if joint_slides(model.joints[j]) == slides]:
@@ -68,6 +70,18 @@ def override(
                 subjects.setdefault(text, []).append(entry.joints)
     _check_ranges(changed, overrides)
     return changed, [Finding("limits", ", ".join(s), t, "given") for t, s in subjects.items()]
+
+
+def _check_units(entry: LimitOverride, slides: Mapping[str, bool]) -> None:
+    """Refuse a limit with units of joints that turn at one that slides, by name, or the reverse."""
+    for name, one in slides.items():
+        fitting = {motion_words(LIMIT_UNITS[what], slides=one): None for what in entry.numbers()}
+        if wrong := [unit for unit in entry.units if unit not in fitting]:
+            raise RobotError(
+                f"limits of '{entry.joints}': given in {wrong[0]}, but joint '{name}' "
+                f"{'slides' if one else 'turns'}; give {', '.join(fitting)}, or a pattern that "
+                "does not mean this joint"
+            )
 
 
 def without_armature(overrides: tuple[LimitOverride, ...]) -> tuple[LimitOverride, ...]:
@@ -94,15 +108,14 @@ def _check_ranges(model: pin.Model, overrides: tuple[LimitOverride, ...]) -> Non
 
 def _set(model: pin.Model, joints: list[int], field: str, value: float) -> str:
     """Set a limit of some joints; return it in words."""
-    attribute, unit = _ENTRIES[field]
     row = "idx_q" if field in ("lower", "upper") else "idx_v"
     rows = [getattr(model.joints[joint], row) for joint in joints]
-    for name, number in ((attribute, value), (_OPPOSITE.get(field), -value)):
+    for name, number in ((_ATTRIBUTES[field], value), (_OPPOSITE.get(field), -value)):
         if name is not None:
             values = np.array(getattr(model, name))
             values[rows] = number
             setattr(model, name, values)
-    return f"{field} {value:g} {unit}"
+    return f"{field} {value:g} {LIMIT_UNITS[field]}"
 
 
 def override_bodies(
