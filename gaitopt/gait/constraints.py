@@ -523,22 +523,22 @@ class LiftOff(_OfImpact):
         return self.once(speeds, labels, lower=context.margins.liftoff_speed)
 
 
-class _AboveProfile(Constraint):
-    """While the swing foot is aloft, its corners stay above a profile over the time."""
+class _LeastHeight(Constraint):
+    """While the swing foot is aloft, its corners keep a least height that depends on the time."""
 
     reads: ClassVar = (quantities.CORNERS,)
     label: ClassVar = "height"
     scale: ClassVar = LENGTH_SCALE
 
     @abstractmethod
-    def profile(self, context: ConstraintContext, s: Array) -> Array:
+    def _least(self, context: ConstraintContext, s: Array) -> Array:
         """Return the heights (N,) [m] at shares s (N,) of the time aloft."""
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         inside, s, aloft = _while_aloft(context)
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} {self.label}" for point in points)
-        least = np.where(aloft, self.profile(context, s), UNLIMITED_HEIGHT)
+        least = np.where(aloft, self._least(context, s), UNLIMITED_HEIGHT)
         lower = np.repeat(least[:, None], len(points), axis=1)
         lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
         return self.over_step(
@@ -546,7 +546,7 @@ class _AboveProfile(Constraint):
         )
 
 
-class Clearance(_AboveProfile):
+class Clearance(_LeastHeight):
     """Section 3.2.3: the swing foot's corners stay above a smooth profile.
 
     A foot that may leave the ground with a negative speed sinks at first, whatever it does then;
@@ -556,8 +556,7 @@ class Clearance(_AboveProfile):
     name, equation, unit, words = "clearance", "3.2.3", "m", "clearance of the swing foot"
     margins = ("clearance",)
 
-    def profile(self, context: ConstraintContext, s: Array) -> Array:
-        """Return the heights (N,) [m] at shares s (N,) of the time aloft."""
+    def _least(self, context: ConstraintContext, s: Array) -> Array:
         margins = context.margins
         profile = margins.clearance * np.sin(np.pi * s) ** 2
         if margins.liftoff_speed < 0.0:
@@ -814,7 +813,7 @@ class SwingHeight(Constraint):
         return self.over_step(context, function, labels, upper=limit, scale=LENGTH_SCALE)
 
 
-class LandingSpeed(_AboveProfile):
+class LandingSpeed(_LeastHeight):
     """Beyond 3.2.3: all corners of the swing foot come down at some speed, none grazes the ground.
 
     A corner that grazes lands at any time. The rows are of heights, which vanish at the end, so
@@ -826,8 +825,7 @@ class LandingSpeed(_AboveProfile):
     margins = ("landing_speed",)
     label, scale = "height before landing", LANDING_SCALE
 
-    def profile(self, context: ConstraintContext, s: Array) -> Array:
-        """Return the heights (N,) [m] at shares s (N,) of the time aloft."""
+    def _least(self, context: ConstraintContext, s: Array) -> Array:
         speed = _STEEPER * (context.margins.landing_speed or 0.0)
         return np.asarray(speed * context.duration * (1.0 - s) * s**_LANDING)
 
