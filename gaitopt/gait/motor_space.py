@@ -80,7 +80,7 @@ class DrivenJoints:
         return {**told, "reach": at.cosine, "angle": at.angle}
 
     def accelerations(self, rate: Array, acceleration: Array, q: Array) -> Array:
-        """Return the accelerations of the motors [rad/s²], shape (K, m); see `values`."""
+        """Return the accelerations of the motors [rad/s² or m/s²], shape (K, m); see `values`."""
         at = self.motors(q)
         dq, ddq = (part[:, self.rows] * self.signs for part in (rate, acceleration))
         turned = np.einsum("kij,kj->ki", at.jacobian, ddq)
