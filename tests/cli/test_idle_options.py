@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic_bipeds import ARM, SIX, biped_urdf
 
 from gaitopt.cli.config import SCHEMA
 from gaitopt.cli.idle import NEEDS
@@ -102,12 +103,17 @@ def test_what_acts_only_with_others_is_refused_without_them(name, alone, needed)
     with pytest.raises(IdleOptionError, match=f"-{option}.* has no effect here: it acts only "):
         make_request(given, None)
     make_request({**given, **needed}, None)
-    make_request(given, None, varied=NEEDS[name][1])  # which a sweep may give
+    make_request(given, None, varied=NEEDS[name].others)  # which a sweep may give
 
 
-def test_a_gap_of_arms_needs_arms_that_move():
-    with pytest.raises(IdleOptionError, match=r"--arm-gap 0.02 m has no effect .* by --move arms"):
-        make_request({"arm_gap": 0.02}, None)
+def test_a_gap_of_arms_needs_arms_that_move(tmp_path):
+    robot = tmp_path / "robot.urdf"
+    robot.write_text(biped_urdf(SIX, ARM, "yaw"))
+    given = {"arm_gap": 0.02, "urdf": robot, "sole": "0.14,-0.07,0.05,-0.05"}
+    for idle in ({"arm_gap": 0.02}, given, {**given, "move": ("waist",)}):
+        with pytest.raises(IdleOptionError, match=r"--arm-gap 0.02 m has no effect .* --move arms"):
+            make_request(idle, None)
+    make_request({**given, "move": ("waist", "arms")}, None)
 
 
 def test_a_limit_of_one_joint_and_one_of_all_exclude_each_other(tmp_path):
