@@ -283,7 +283,7 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
         raise RobotError(
             "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
         )
-    from gaitopt.importers.mjcf_source import read_mjcf
+    from gaitopt.importers.mjcf_source import read_mjcf  # which derives its `Source` from here
 
     return read_mjcf(tree, text, path, dirs)
 

@@ -86,7 +86,7 @@ class LimitOverride:
     units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "units", _tuple(self.units, "limits: units"))
+        object.__setattr__(self, "units", tuple(map(str, _tuple(self.units, "limits: units"))))
         if not isinstance(self.joints, str) or not self.joints:
             raise RobotError(f"limits: joints must be a pattern of names, got {self.joints!r}")
         if not isinstance(self.source, str):
@@ -544,7 +544,7 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
         elif (unit := _UNITS[part].get(key)) is not None:
             table[key] = _in_si(text, unit, f"{name}: {key}")
     if units:
-        table["units"] = (*table.get("units", ()), *units)
+        table["units"] = units
     if part is ImportOptions and isinstance(posture := table.get("posture"), Mapping):
         table["posture"] = {j: _in_si(q, "rad", f"posture: {j}") for j, q in posture.items()}
     return table

@@ -60,12 +60,13 @@ def write_library_figure(
     }
     if not all(drawn.values()):
         raise InputError("there is no gait to draw; give other conditions")
-    return write_figure(path, lambda: _figure(drawn, axes, cost))
+    return write_figure(path, lambda: library_figure(drawn, axes, cost))
 
 
-def _figure(
+def library_figure(
     libraries: Mapping[str, list[Row]], axes: list[str], cost: tuple[str, str] = PAPER
 ) -> Figure:
+    """Return the figure of `write_library_figure`; arguments as there, of rows that have a cost."""
     figure = new_figure(9.5, 3.8)
     left, right = figure.subplots(1, 2)
     drawn = [
@@ -106,12 +107,12 @@ def _draw_library(
     cuts = {others: branch_cuts(_table(line, motors)) for others, line in lines.items()}
     for others, line in lines.items():
         label = ", ".join(filter(None, (name_on_figure(name), others)))
-        _draw(left, line, (axes[0], "cost"), label, cuts[others], style)
+        _draw_line(left, line, (axes[0], "cost"), label, cuts[others], style)
     best = min(lines, key=lambda others: _table(lines[others], ["cost"]).min())
     for motor in motors:
         label = name_on_figure(motor.removeprefix(PEAK).replace("_", " "))
         label = label if style == _STYLES[0] else ""
-        _draw(right, lines[best], (axes[0], motor), label, cuts[best], style)
+        _draw_line(right, lines[best], (axes[0], motor), label, cuts[best], style)
     return _Drawn(len(lines), best, any(cuts.values()))
 
 
@@ -131,7 +132,7 @@ def _table(line: list[Row], names: list[str]) -> Array:
     return np.array([[np.nan if c in (None, "") else float(str(c)) for c in row] for row in cells])
 
 
-def _draw(
+def _draw_line(
     axes: Axes, line: list[Row], names: tuple[str, str], label: str, cuts: list[int], style: str
 ) -> None:
     """Draw a line, interrupted before the rows `cuts`."""

@@ -135,6 +135,7 @@ def test_a_toml_file_and_its_text_are_read(tmp_path):
             "armature is -0.1 kg·m²; .* from 0 to 1000 kg·m²",
         ),
         ("[[limits]]\njoints='a'\narmature=inf", "armature is inf kg·m²; .* from 0 to 1000 kg·m²"),
+        ("[[limits]]\njoints='a'\nspeed=1\nunits=3", "limits: units must be a list, got 3"),
         ("[limits]\njoints='a'", r"limits must be a list of tables \(\[\[limits\]\]\)"),
         ("forward = 'north'", "forward is 'north'; it must be one of 'x', 'y'"),
         ("up = [0, 0, 0]", r"up must be an axis name \(x, y, .*\) or three numbers, not all 0"),

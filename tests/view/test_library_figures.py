@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gaitopt.errors import InputError
-from gaitopt.view.comparison_figures import _figure, branch_cuts, write_library_figure
+from gaitopt.view.comparison_figures import branch_cuts, library_figure, write_library_figure
 from gaitopt.view.figure_style import styled
 
 SPEEDS = (0.8, 0.9, 1.0, 1.1, 1.2)
@@ -31,7 +31,7 @@ def test_only_a_jump_that_stands_out_parts_two_families():
 
 
 def test_lines_are_interrupted_where_the_optima_change():
-    left, right = _figure({"": library()}, ["speed", "friction"]).axes
+    left, right = library_figure({"": library()}, ["speed", "friction"]).axes
     assert [n.get_label() for n in left.lines] == ["friction 0.6", "friction 0.7"]
     for line in (*left.lines, *right.lines):
         assert np.flatnonzero(np.isnan(line.get_xdata())).tolist() == [3]
@@ -40,19 +40,19 @@ def test_lines_are_interrupted_where_the_optima_change():
 
 
 def test_the_panels_tell_units_and_whose_motors_they_show():
-    figure = _figure({"": library()}, ["speed", "friction"])
+    figure = library_figure({"": library()}, ["speed", "friction"])
     left, right = figure.axes
     assert (left.get_xlabel(), left.get_ylabel()) == ("speed [m/s]", "cost [N²·m·s]")
     assert right.get_title(loc="left") == "Motors of a leg, friction 0.7"
     assert figure.get_supxlabel().startswith("a gap in the lines")
-    alone = _figure({"": library()[::2][:3]}, ["speed"])
+    alone = library_figure({"": library()[::2][:3]}, ["speed"])
     assert alone.axes[1].get_title(loc="left") == "Motors of a leg"
     assert alone.get_supxlabel() == ""
 
 
 def test_the_legends_stand_beside_their_panels():
     with styled():
-        figure = _figure({"": library()}, ["speed", "friction"])
+        figure = library_figure({"": library()}, ["speed", "friction"])
         figure.draw_without_rendering()
         left, right = figure.axes
         for panel in (left, right):
@@ -73,7 +73,7 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
 
 def test_two_libraries_are_told_apart_by_dashes_and_names():
     light = [{**row, "peak_torque.knee": 20.0} for row in library()]
-    left, right = _figure({"heavy": library(), "light": light}, ["speed", "friction"]).axes
+    left, right = library_figure({"heavy": library(), "light": light}, ["speed", "friction"]).axes
     assert [n.get_label() for n in left.lines][::2] == [
         "heavy, friction 0.6",
         "light, friction 0.6",
