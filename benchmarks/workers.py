@@ -50,6 +50,7 @@ class SimulatedWorkers(LocalWorkers):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Put a job behind those that wait for a worker."""
+        self._pass_time()
         future: Future[Any] = Future()
         self._asked.append((self.now, future, args[0]))
         return future
@@ -57,7 +58,7 @@ class SimulatedWorkers(LocalWorkers):
     def wait(self, futures: set[Future[Any]], return_when: str) -> Any:
         """Let time pass until one of some jobs is done."""
         del return_when
-        self.now += time.process_time() - self._last
+        self._pass_time()
         while self._asked:
             asked, future, job = self._asked.popleft()
             outcome, seconds = self._done(job)
@@ -71,6 +72,11 @@ class SimulatedWorkers(LocalWorkers):
             first.set_result(outcome)
         self._last = time.process_time()
         return type("Done", (), {"done": {first}})
+
+    def _pass_time(self) -> None:
+        """Let the time pass that the sweep itself took since it was last looked at."""
+        now = time.process_time()
+        self.now, self._last = self.now + now - self._last, now
 
     def _done(self, job: Job) -> tuple[JobOutcome, float]:
         walk, near = job.walk, [(one.name, one.walk.cost) for one in job.neighbours]

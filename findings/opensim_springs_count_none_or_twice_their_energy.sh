@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Version:  opensim 4.6
-# Does:     six springs without damping bend a joint from 0.2 to 0.7 rad. Work is done against all of them;
+# Does:     six springs without damping bend a joint from -0.2 to -0.7 rad. Work is done against all of them;
 #           Model.calcPotentialEnergy rises by it for CoordinateLimitForce and PointToPointSpring, by twice
 #           it for BushingForce, and by nothing for SpringGeneralizedForce, PathSpring and
 #           ExpressionBasedCoordinateForce (known: opensim-core issue 3776). Their torques are right.

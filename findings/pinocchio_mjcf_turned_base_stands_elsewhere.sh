@@ -10,7 +10,8 @@
 #           contact points that no motion puts right. Draw it upright, or set jointPlacements[1] to the
 #           identity after reading.
 # Seen:     drawn 1 m high and rolled by 30 degrees: at coordinates 0 the trunk is at (0, 0.5, 0.134); drawn at
-#           (1, 2, 0.8) and yawed by 90 degrees: at (3, 1, 0); upright, or with the placement reset: (0, 0, 0)
+#           (1, 2, 0.8) and yawed by 90 degrees: at (3, 1, 0); upright, at the origin, or with the placement
+#           reset: (0, 0, 0)
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -39,6 +40,10 @@ def trunks(pos, euler):
     mujoco.mj_forward(theirs, data)
     ours = pin.buildModelFromMJCF("robot.xml")
     ours = ours[0] if isinstance(ours, tuple) else ours
+    theirs_full = np.zeros((theirs.nv, theirs.nv))
+    mujoco.mj_fullM(theirs, data, theirs_full)
+    upper = np.triu(pin.crba(ours, ours.createData(), pin.neutral(ours)))
+    assert np.allclose(upper, np.triu(theirs_full))
     places = [data.body("trunk").xpos.copy()]
     for placement in (ours.jointPlacements[1].copy(), pin.SE3.Identity()):
         ours.jointPlacements[1] = placement
@@ -51,13 +56,13 @@ def trunks(pos, euler):
 
 
 seen = {}
-for pos, euler in (("0 0 1", "0 0 0"), ("0 0 1", "30 0 0"), ("1 2 0.8", "0 0 90")):
+for pos, euler in (("0 0 1", "0 0 0"), ("0 0 1", "30 0 0"), ("1 2 0.8", "0 0 90"), ("0 0 0", "30 20 0")):
     seen[euler] = trunks(pos, euler)
     mine, theirs, reset = (place.round(3) + 0.0 for place in seen[euler])
     print(f"drawn at {pos}, turned {euler}: MuJoCo {mine}, Pinocchio {theirs}, reset {reset}")
 for mine, _, reset in seen.values():
     assert np.allclose(mine, 0) and np.allclose(reset, 0, atol=1e-12)
-assert np.allclose(seen["0 0 0"][1], 0)
+assert np.allclose(seen["0 0 0"][1], 0) and np.allclose(seen["30 20 0"][1], 0)
 assert np.allclose(seen["30 0 0"][1], [0, 0.5, 1 - np.cos(np.pi / 6)])
 assert np.allclose(seen["0 0 90"][1], [3, 1, 0])
 PY
