@@ -507,11 +507,14 @@ def named_groups(gait: Recorded) -> list[tuple[str, tuple[int, ...]]]:
     groups = joint_groups(gait)
     names = [[gait.joint_names[i] for i in group] for group in groups]
     shared = [shared_name(*pair) if len(pair) > 1 else "" for pair in names]
-    return [
-        (pair[0] if len(pair) == 1 else name if shared.count(name) == 1 and name
-         else brace(*sorted(pair)), group)
-        for pair, name, group in zip(names, shared, groups, strict=True)
-    ]  # fmt: skip
+    found = []
+    for pair, name, group in zip(names, shared, groups, strict=True):
+        if len(pair) == 1:
+            name = pair[0]
+        elif not name or shared.count(name) > 1:
+            name = brace(*sorted(pair))
+        found.append((name, group))
+    return found
 
 
 def pair_name(gait: Recorded, joint: int) -> str:
