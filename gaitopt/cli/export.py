@@ -30,7 +30,7 @@ def run(asked: ExportOptions) -> None:
     if name == MJCF:
         _write_mjcf(asked)
         return
-    form = None if name is None else format_named(name)
+    form = None if name is None else format_named(name, MJCF)
     if form is None and output is None:
         raise InputError(
             "Missing option '--output': give a file, .csv, .json or .yaml; or name a --format"
@@ -42,13 +42,9 @@ def run(asked: ExportOptions) -> None:
             raise InputError("--both-legs goes without --format: motions have both")
         folder = output or path.with_name(f"{path.resolve().name}-{form.name}")
         index = export_library(
-            path,
-            folder,
-            format=form.name,
-            rate=asked.rate,
-            strides=asked.strides,
+            path, folder, format=form.name, rate=asked.rate, strides=asked.strides,
             joints=asked.joints,
-        )
+        )  # fmt: skip
         with index.open(newline="", encoding="utf-8") as stream:
             files = sum(bool(row["file"]) for row in csv.DictReader(stream))
         typer.echo(f"wrote {files} motions and {INDEX} in {folder}")
@@ -75,9 +71,8 @@ def _export_transition(transition: Transition, target: Path, asked: ExportOption
     if asked.format is None:
         raise InputError("a transition is written as a motion: name a --format, as --format mujoco")
     for given, option in (
-        (asked.strides is not None, "--strides"),
-        (asked.both_legs, "--both-legs"),
-    ):
+        (asked.strides is not None, "--strides"), (asked.both_legs, "--both-legs"),
+    ):  # fmt: skip
         if given:
             raise InputError(f"{option} is for walks, and this is a transition; leave it out")
     return export_transition(

@@ -71,16 +71,21 @@ class MotionFormat:
     sampled: bool = True
 
 
-def format_named(name: str) -> MotionFormat:
+def format_named(name: str, *others: str) -> MotionFormat:
     """Return a form of motions by its name.
+
+    Args:
+        name: of it.
+        others: names that could be given too, which are no forms of motions alone.
 
     Raises:
         InputError: there is none.
     """
     if name not in FORMATS:
+        known = (*FORMATS, *others)
         raise InputError(
-            f"no format of motions is named '{name}'; {did_you_mean(name, FORMATS)}choose "
-            f"{', '.join(FORMATS)}"
+            f"no format of motions is named '{name}'; {did_you_mean(name, known)}choose "
+            f"{', '.join(known)}"
         )
     return FORMATS[name]
 

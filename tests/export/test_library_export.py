@@ -121,6 +121,7 @@ def test_the_command_writes_a_library(library):
         (["lib", "--format", "csv", "--both-legs"], "--both-legs goes without --format"),
         (["gait.npz", "--format", "motion", "-o", "gait.npz"], "'gait.npz' is the gait itself"),
         (["gait.npz", "--format", "bvh"], "no format of motions is named 'bvh'"),
+        (["gait.npz", "--format", "mjfc"], "did you mean 'mjcf'? choose motion, mujoco"),
         (["gait.npz", "--format", "motion", "--rate", "0"], "a motion has 0 Hz"),
         (["gait.npz", "-o", "x.csv", "--strides", "2"], "strides: only motions of a named format"),
         (["gait.npz", "--format", "g1-csv"], "'g1' has 'left_hip_pitch_joint'"),
