@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import EXAMPLES
 from synthetic_bipeds import ARM, SIX, biped_urdf
 
 from gaitopt.cli.config import SCHEMA
@@ -15,7 +16,6 @@ from gaitopt.errors import IdleOptionError, InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 VALUES = {
     "preset": "paper", "speed": 0.9, "lateral_speed": 0.1, "turn_rate": 0.1, "postures": 3,
     "samples": 41, "quadrature": "euler", "speed_as": "penalty", "boundary": "lifted",
