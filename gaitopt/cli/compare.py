@@ -12,7 +12,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.cli.command_options import CompareOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ABSENT, WIDTH, ProgressDisplay, new_table, screen, warn
@@ -121,7 +121,7 @@ def _finite(value: float, form: str) -> str:
 def _write(runs: Sequence[SolverRun], output: Path) -> None:
     from gaitopt.view.comparison_figures import write_convergence_figure
 
-    output.mkdir(parents=True, exist_ok=True)
+    make_directory(output)
     record = {"solvers": [one.record() for one in runs]}
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(output / RECORD, f"{text}\n".encode())
