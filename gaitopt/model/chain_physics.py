@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
-from gaitopt.model.import_options import LEAST_GRAVITY, MOST_GRAVITY
+from gaitopt.model.import_options import GRAVITY_WORDS, LEAST_GRAVITY, MOST_GRAVITY
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.symmetry.leg_exchange import REFLECTION
 from gaitopt.nlp import Array
@@ -124,11 +124,7 @@ def fall(physics: Physics, rotation: Array) -> float:
         f'without = ["gravity"]) takes {STANDARD_GRAVITY:g} m/s² straight down'
     )
     if not LEAST_GRAVITY <= size <= MOST_GRAVITY:
-        raise RobotError(
-            f"gravity of the file is ({told}) m/s²; a walk needs at least {LEAST_GRAVITY:g} m/s² "
-            f"to press the feet on the ground, and more than {MOST_GRAVITY:g} m/s² is nowhere; "
-            f"{remedy}"
-        )
+        raise RobotError(f"gravity of the file is ({told}) m/s²; {GRAVITY_WORDS}; {remedy}")
     angle = gravity_tilt(physics, rotation)
     if angle > LEVEL:
         raise RobotError(

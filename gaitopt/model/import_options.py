@@ -49,6 +49,10 @@ LIMIT_UNITS = {
 
 LEAST_GRAVITY, MOST_GRAVITY = 0.01, 1000.0
 """Of free fall [m/s²]: what walks must be pressed on the ground; the Sun's has 274."""
+GRAVITY_WORDS = (
+    f"a walk needs at least {LEAST_GRAVITY:g} m/s² to press the feet on the ground, and more than "
+    f"{MOST_GRAVITY:g} m/s² is nowhere"
+)
 _MOST_ARMATURE = 1000.0  # kg·m²: a leg of 10 kg and 1 m has 3 about its hip
 
 UNUSED_SRDF = (
@@ -386,9 +390,8 @@ def _check_numbers(choices: ImportOptions) -> None:
         LEAST_GRAVITY <= _finite(choices.gravity, "gravity") <= MOST_GRAVITY
     ):
         raise RobotError(
-            f"gravity is {choices.gravity:g} m/s²; a walk needs at least {LEAST_GRAVITY:g} m/s² to "
-            f"press the feet on the ground, and more than {MOST_GRAVITY:g} m/s² is nowhere; the "
-            "Earth has 9.81, the Moon 1.62"
+            f"gravity is {choices.gravity:g} m/s²; {GRAVITY_WORDS}; the Earth has 9.81, the Moon "
+            "1.62"
         )
     if choices.gravity is not None and "gravity" in choices.without:
         raise RobotError(

@@ -128,7 +128,8 @@ def _tighter(one: _Mechanism, twin: _Mechanism) -> tuple[Linkage, list[Finding]]
     own, other = one.linkage(), twin.linkage()
     order = _pairing(one, twin)
     rates = np.abs(twin.rates[order])
-    unlike = float(np.abs(np.abs(one.rates) - rates).max() / np.abs(rates).max())
+    largest = rates.max(axis=1, keepdims=True)  # of each motor: some turn, some slide
+    unlike = float((np.abs(np.abs(one.rates) - rates) / largest).max())
     findings = []
     if unlike > _UNLIKE:
         text = (

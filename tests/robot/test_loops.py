@@ -301,6 +301,14 @@ def test_unequal_ranges_of_cranks_are_told():
     assert told(as_advised, range="-0.5 1.2") == []
 
 
+def test_a_nut_on_another_screw_in_one_leg_is_told():
+    """However small its rate [m/rad] is beside those of cranks."""
+    tilted = at(".//joint[@name='left_inner_motor']", axis="0.1 0 1")
+    robot = Robot.from_urdf(edited(parallel_ankles(sliding=("inner",), narrow=True), tilted))
+    (text,) = [f.text for f in robot.findings if f.topic == "loops" and f.how == "warning"]
+    assert text.startswith("rates of the other leg's motors differ by 0.5 %; ")
+
+
 def test_what_motors_of_loops_lose_is_told_as_left_out():
     """With the units of what moves, and not where it was left out by choice."""
     lossy = [
