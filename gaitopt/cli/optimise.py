@@ -82,10 +82,7 @@ def run(given: Settings, options: OptimiseOptions) -> None:
             from gaitopt.cli.suggestions import Asked, suggestion_lines
 
             print_error(str(error))
-            asked = Asked(
-                given, options.config, output, page=options.page, figures=figures, quiet=quiet
-            )
-            print_advice(suggestion_lines(error.diagnosis, request, asked))
+            print_advice(suggestion_lines(error.diagnosis, request, Asked(given, options)))
             raise typer.Exit(error.exit_code) from error
         written: list[Path] = []
         try:  # first the files: whoever reads the tables may close the pipe

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitopt.atomic import write_atomically
+from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
 from gaitopt.design.diagnosis import Diagnosis
@@ -41,18 +42,12 @@ class Asked:
     """The command line that was given.
 
     Attributes:
-        options: as typed, those of `SCHEMA`.
-        config: configuration file, if any.
-        output: where results go, if anywhere.
-        page, figures, quiet: what else `gaitopt optimise` was told.
+        settings: as typed, those of `SCHEMA`.
+        options: what else `gaitopt optimise` was told.
     """
 
-    options: Settings
-    config: Path | None
-    output: Path | None
-    page: bool = True
-    figures: bool = False
-    quiet: bool = False
+    settings: Settings
+    options: OptimiseOptions
 
     def command(self, changes: Mapping[str, object]) -> str:
         """Return the command line with some options changed, quoted for a shell.
@@ -60,14 +55,13 @@ class Asked:
         Args:
             changes: by name; those that are None are left out.
         """
-        options = {k: v for k, v in {**self.options, **changes}.items() if v is not None}
+        told = self.options
         words = [*_program(), "optimise"]
-        for name, value in options.items():
+        for name, value in {**self.settings, **changes}.items():
             words += option_words(name, value)
-        for name, path in (("config", self.config), ("output", self.output)):
-            words += [] if path is None else option_words(name, path)
-        told = (("--no-page", not self.page), ("--figures", self.figures), ("--quiet", self.quiet))
-        return shlex.join([*words, *(option for option, given in told if given)])
+        words += [*option_words("config", told.config), *option_words("output", told.output)]
+        flags = (("--no-page", not told.page), ("--figures", told.figures), ("--quiet", told.quiet))
+        return shlex.join([*words, *(option for option, given in flags if given)])
 
 
 def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Iterator[str]:
@@ -82,7 +76,7 @@ def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Itera
         return
     yield from (f"- {sentence}" for sentence in diagnosis.reasons)
     try:
-        folder = _folder(request, asked.output)
+        folder = _folder(request, asked.options.output)
     except OSError as error:
         yield f"- nothing can be kept: {error}"
         yield from (f"- {suggestion.sentence}" for suggestion in diagnosis.suggestions)
@@ -99,7 +93,7 @@ def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Itera
         yield f"    {command}"
         yield f"  the walk itself is kept as {kept}"
         commands.append(command)
-    if asked.output is not None or commands:
+    if asked.options.output is not None or commands:
         record = {**diagnosis.record(), "commands": commands}
         text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
         write_atomically(folder / RECORD, f"{text}\n".encode())
@@ -137,7 +131,7 @@ def _method(suggestion: Suggestion, request: Request, asked: Asked) -> dict[str,
     """Return the options on how to search, so that the walk is found as it was."""
     settings, wanted = request.settings, suggestion.options
     changes: dict[str, object] = dict.fromkeys(GUESSES)
-    if any(name in settings and name not in asked.options for name in GUESSES):
+    if any(name in settings and name not in asked.settings for name in GUESSES):
         changes |= {"starts": 1, "sigma": 0.0}  # the configuration file's do not count
     if begins_relaxed(suggestion.task, request.options):
         changes["approach"] = wanted.approach
@@ -147,7 +141,7 @@ def _method(suggestion: Suggestion, request: Request, asked: Asked) -> dict[str,
             "solver": "default", "qp_solver": SQP.qp_solver, "tolerance": SQP.tolerance,
             "max_iterations": SQP.max_iterations, "differences": "none",
         }  # fmt: skip
-        changes |= {n: v for n, v in usual.items() if n in settings and n not in asked.options}
+        changes |= {n: v for n, v in usual.items() if n in settings and n not in asked.settings}
     return changes
 
 

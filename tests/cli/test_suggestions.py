@@ -13,6 +13,7 @@ import pytest
 from places import ROOT
 
 from gaitopt.cli import suggestions
+from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.suggestions import Asked
 from gaitopt.gait.gait_file import load_gait
 
@@ -79,7 +80,10 @@ def test_without_a_directory_for_results_the_walk_is_kept_among_own_files(
 
 def test_a_command_is_the_one_that_was_typed_with_changes(monkeypatch):
     typed = {"speed": 0.696034, "free": ["duration", "foot_yaw"], "refine": False, "starts": 4}
-    asked = Asked(typed, Path("it's mine.toml"), Path("out"), page=False, quiet=True)
+    asked = Asked(
+        typed,
+        OptimiseOptions(config=Path("it's mine.toml"), output=Path("out"), page=False, quiet=True),
+    )
     monkeypatch.setattr(sys, "argv", ["gaitopt"])
     command = asked.command({"speed": 0.65, "starts": None, "impulse_cop": False})
     assert shlex.split(command) == [
@@ -106,4 +110,4 @@ def test_a_robot_with_unequal_motors_gets_its_new_limits_by_a_file(cli, tmp_path
 
 
 def test_nothing_is_said_where_nothing_was_diagnosed():
-    assert list(suggestions.suggestion_lines(None, None, Asked({}, None, None))) == []  # type: ignore[arg-type]
+    assert list(suggestions.suggestion_lines(None, None, Asked({}, OptimiseOptions()))) == []  # type: ignore[arg-type]
