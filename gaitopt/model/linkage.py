@@ -18,9 +18,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
-from gaitopt.model.power_series import ORDER, Series, turned_about
+from gaitopt.model.power_series import ORDER, Series, cross_matrix, turned_about
 from gaitopt.nlp import Array
 
 Point = tuple[float, float, float]
@@ -130,7 +129,7 @@ def _gap(closure: Closure, values: Array) -> tuple[Array, Array]:
         if closure.slides[k]:
             moved.append((R, t + lines[k][0] * values[:, k, None]))
             continue
-        across = pin.skew(axis)
+        across = cross_matrix(axis)
         sine, versine = np.sin(values[:, k]), 1.0 - np.cos(values[:, k])
         own = np.eye(3) + sine[:, None, None] * across + versine[:, None, None] * across @ across
         moved.append((R @ own, t + (R @ (point - own @ point)[..., None])[..., 0]))

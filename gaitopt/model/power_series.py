@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pinocchio as pin
 
 from gaitopt.nlp import Array
 
@@ -87,12 +86,20 @@ def dot(point: list[Series], direction: Array) -> Series:
     return x + y + z
 
 
+def cross_matrix(axis: Array) -> Array:
+    """Return the matrix of the cross products of an axis (3,) with vectors, shape (3, 3).
+
+    Not `pinocchio.skew`: the command reads tables of linkages before it imports Pinocchio.
+    """
+    return np.cross(np.eye(3), axis)
+
+
 def turned_about(point: list[Series], axis: Array, angle: Series) -> list[Series]:
     """Return a point turned about an axis of unit length, shape (3,) (Rodrigues)."""
     a = angle.value
     sine = angle.through(np.sin(a), np.cos(a), -np.sin(a), -np.cos(a))
     versine = angle.through(1.0 - np.cos(a), np.sin(a), np.cos(a), -np.sin(a))
-    once = pin.skew(axis)
+    once = cross_matrix(axis)
     twice = once @ once
     return [
         own + dot(point, once[k]) * sine + dot(point, twice[k]) * versine
