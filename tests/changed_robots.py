@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.model.chain_physics import PassiveJoints
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 
 
 def changed(robot: Robot, moved: dict[str, np.ndarray], amount: float) -> Robot:

@@ -454,7 +454,7 @@ def _silently(compiled: Callable[[], Any]) -> Any:
 
 
 def _read(path: Path):
-    from gaitopt.importers.source import read_source
+    from gaitopt.importers.reader import read_source
 
     source = read_source(path)
     source.model()

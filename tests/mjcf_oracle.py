@@ -15,7 +15,8 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.importers.physics import STANDARD_GRAVITY
-from gaitopt.importers.source import Source, read_source
+from gaitopt.importers.reader import read_source
+from gaitopt.importers.source import Source
 
 _GREAT = 1e7  # a control beyond all ranges; forces as large are without limit
 _MOST_FORCE = 1e5  # N·m or N

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.reroot import lock_upper_body, reroot

@@ -4,8 +4,8 @@ import functools
 
 import numpy as np
 
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 
 SOLE = Sole(toe=0.14, heel=-0.08, left=0.055, right=-0.055)
 REFLECT = np.array([1.0, -1.0, 1.0])

@@ -36,10 +36,10 @@ def run(*command: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
-def test_imports_point_down():
+def test_imports_point_down_without_cycles():
     found = run(str(Path(sys.executable).with_name("lint-imports")), "--no-cache")
     assert found.returncode == 0, found.stdout
-    assert "1 kept, 0 broken" in found.stdout
+    assert "2 kept, 0 broken" in found.stdout
 
 
 @pytest.mark.parametrize("name", PACKAGES)

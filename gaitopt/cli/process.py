@@ -94,13 +94,12 @@ def print_error(message: str) -> None:
     if not sys.stderr.isatty():
         print(f"error: {message}", file=sys.stderr)  # noqa: T201
         return
+    from rich.console import Console
     from rich.panel import Panel
     from rich.text import Text
 
-    from gaitopt.cli.display import screen
-
     panel = Panel(Text(message), title="Error", title_align="left", border_style="red")
-    screen(stderr=True).print(panel)
+    Console(stderr=True).print(panel)
 
 
 STOPPING = "stopping; press Ctrl-C again to quit at once"

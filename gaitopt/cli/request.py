@@ -43,7 +43,6 @@ from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import (
     LIMIT_UNITS,
     ImportOptions,
@@ -55,6 +54,7 @@ from gaitopt.model.import_options import (
     read_limit,
 )
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 from gaitopt.settings import NO_LIMIT
 from gaitopt.solvers import Solver, solver_by_name

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
 

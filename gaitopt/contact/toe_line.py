@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.contact.mode import ContactMode, Hinge
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
 

@@ -15,7 +15,7 @@ from gaitopt.design.referee import RefereeVerdict, ask_referee, both
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
-from gaitopt.model.feet.sole import sole_edge_speeds
+from gaitopt.model.sole import sole_edge_speeds
 from gaitopt.nlp import Array, Residual, kkt_residual
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE

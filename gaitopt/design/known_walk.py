@@ -9,7 +9,8 @@ from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.result import Gait, Recorded
+from gaitopt.gait.recorded import Recorded
+from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array, kkt_residual
 from gaitopt.tolerances import OPTIMALITY
 

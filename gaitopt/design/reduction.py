@@ -51,7 +51,7 @@ MERGED = 0.03  # of the period: samples nearer to an extreme of the same row say
 
 
 @dataclass(frozen=True)
-class Followed:
+class RestingWalk:
     """Where Newton's method came to rest.
 
     Attributes:
@@ -106,9 +106,9 @@ class _Masked(NLP):
         return self.problem.describe(row)
 
 
-def followed(
+def resting_walk(
     sparse: WalkProblem, fine: WalkProblem, x: Array, active: Iterable[ActiveRow], solver: SQP
-) -> Followed | None:
+) -> RestingWalk | None:
     """Return the walk near a point at which Newton's method rests, None if there is none.
 
     Where that exceeds limits near an end at which they vanish, it goes on with these held where
@@ -121,7 +121,7 @@ def followed(
         active: limits that a walk like it presses on.
         solver: whose quadratic programs are used.
     """
-    found: Followed | None = None
+    found: RestingWalk | None = None
     last = np.inf
     try:
         held = _at_extremes(fine, located(fine, x), active)
@@ -140,7 +140,7 @@ def followed(
             peaks = exceeded(fine, extremes)
             if settled:
                 rests = found is not None and found.steps == steps - 1
-                found = Followed(x, pressing, steps, not peaks)
+                found = RestingWalk(x, pressing, steps, not peaks)
                 if found.keeps or rests:
                     break
                 last = np.inf

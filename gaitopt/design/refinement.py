@@ -34,7 +34,7 @@ from gaitopt.design.active_set import (
     violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
-from gaitopt.design.reduction import followed
+from gaitopt.design.reduction import resting_walk
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
 from gaitopt.solvers.newton import is_strict_minimum
@@ -151,7 +151,7 @@ def exchange(
     for number in range(MAX_ROUNDS):
         active, near = moved(active, peaks), None
         if newton is not None and fine is not None and number < FOLLOWED:
-            near = followed(sparse, fine, x, active, newton)
+            near = resting_walk(sparse, fine, x, active, newton)
         beside = [one for peak in peaks for one in peak.beside]  # to stay if they press
         if near is None:
             instants = np.union1d(instants, instants_of(sparse, active))

@@ -246,6 +246,7 @@ def _ratio(missing: Array, rate: Array) -> float:
     return float((missing[gives] / rate[gives]).max(initial=0.0))
 
 
+@dataclass(frozen=True)
 class Adjustment(ABC):
     """Something that can be turned, and the program that tells how far.
 
@@ -255,7 +256,7 @@ class Adjustment(ABC):
         unit: of its value; empty where it has none.
         before: its value in the task.
         bound: the farthest value that makes sense.
-        step: a change of it that matters.
+        step: a change of it that matters, signed: one unit of t.
         constraints: constraints that it relaxes.
     """
 
@@ -302,17 +303,9 @@ class LimitAdjustment(Adjustment):
     """A number that enters the limits of rows linearly.
 
     Attributes:
-        step: change of the value that matters, signed: one unit of t.
         twists: whether the limit of torsional friction follows, as it does in the presets.
     """
 
-    name: str
-    words: str
-    unit: str
-    before: float
-    bound: float
-    step: float
-    constraints: tuple[str, ...]
     twists: bool = False
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
@@ -410,14 +403,6 @@ class LimitAdjustment(Adjustment):
 class DurationAdjustment(Adjustment):
     """The duration of the step, made a variable of the walk."""
 
-    before: float
-    bound: float
-    step: float
-    name: str = "duration"
-    words: str = "the duration of a step"
-    unit: str = "s"
-    constraints: tuple[str, ...] = ("walking speed",)
-
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another duration."""
         return robot, replace(task, duration=value)
@@ -451,15 +436,8 @@ class StepWidthAdjustment(Adjustment):
         side: sign of the foot spacing.
     """
 
-    before: float
-    bound: float
     index: int
     side: float
-    step: float = 0.1
-    name: str = "step_width"
-    words: str = "the largest step width"
-    unit: str = "m"
-    constraints: tuple[str, ...] = ("lateral", "leg gap")
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another step width."""
@@ -540,7 +518,10 @@ def constraints_of(task: Task, margin: str) -> tuple[str, ...]:
 def duration_adjustment(problem: WalkProblem, shorter: bool) -> DurationAdjustment:
     """Return the setting of the step duration, to be made shorter or longer."""
     before = problem.task.duration
-    return DurationAdjustment(before, before * (SHORTEST if shorter else LONGEST), before)
+    bound = before * (SHORTEST if shorter else LONGEST)
+    return DurationAdjustment(
+        "duration", "the duration of a step", "s", before, bound, before, ("walking speed",)
+    )
 
 
 def step_width_adjustment(problem: WalkProblem) -> StepWidthAdjustment | None:
@@ -556,7 +537,10 @@ def step_width_adjustment(problem: WalkProblem) -> StepWidthAdjustment | None:
     bound = min(before + legs.reach, farthest)
     if bound - before <= 1e-9 or nearest > before:
         return None
-    return StepWidthAdjustment(before, bound, index, side)
+    words, loosened = "the largest step width", ("lateral", "leg gap")
+    return StepWidthAdjustment(
+        "step_width", words, "m", before, bound, 0.1, loosened, index=index, side=side
+    )
 
 
 def usual_value(problem: WalkProblem, setting: Adjustment) -> float | None:

@@ -31,8 +31,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.trunk import slope_rates
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.robot import Robot, cached_workspace
+from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
 TASK, LIMITS, GEAR = "task", "limit", "gear"

@@ -18,8 +18,8 @@ from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.motor_space import DrivenJoints
-from gaitopt.gait.recorded import ground_of, recorded_choices, recorded_linkages
-from gaitopt.gait.result import ContactPhase, Gait, Recorded
+from gaitopt.gait.recorded import Recorded, ground_of, recorded_choices, recorded_linkages
+from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of

@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory, TrajectorySamples
-from gaitopt.model.feet.sole import turning_arm
+from gaitopt.model.sole import turning_arm
 from gaitopt.nlp import Array
 
 RESERVE = "shortest reserve of leg length"

@@ -39,7 +39,7 @@ from gaitopt.gait.functions import (
 )
 from gaitopt.gait.motor_space import LoopMotors
 from gaitopt.gait.terrain import AboveProfile
-from gaitopt.model.feet.sole import sole_edge_speeds, sole_tilt
+from gaitopt.model.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
 from gaitopt.settings import checked
 

@@ -20,7 +20,8 @@ from gaitopt.bounds import GAIT, too_large
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import LegExchange, PhaseEnd
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
+from gaitopt.gait.recorded import LARGEST
+from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.ties import DEGREE
 from gaitopt.model.multibody import Multibody, checked_multibody

@@ -20,8 +20,8 @@ from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import Terrain
 from gaitopt.importers.physics import is_generated
-from gaitopt.model.feet.sole import turning_arm
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import turning_arm
 
 PRESETS = STANDARD, PAPER, HUMANOID, ROBUST = "standard", "paper", "humanoid", "robust"
 

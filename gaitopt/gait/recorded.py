@@ -1,4 +1,4 @@
-"""The robot of a gait and the ground under it, from what the gait records about them."""
+"""What a gait or a transition records about itself, its robot and the ground under it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,77 @@ from gaitopt.actuators.linkages import linkages_from_rows
 from gaitopt.errors import GaitFileError, GaitoptError, RobotError
 from gaitopt.escape import printable
 from gaitopt.gait.motor_space import DrivenJoints, MotorSpace, joints_of_linkages
-from gaitopt.gait.result import Gait, Recorded, is_number
+from gaitopt.gait.trajectory import Trajectory
 from gaitopt.importers.physics import PARTS
-from gaitopt.model.feet.sole import LEVEL, Sole
 from gaitopt.model.import_options import ImportOptions, choices_from_record
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
+
+LARGEST = 1e50
+"""Of any number in a gait, in SI units: sums of squares and products still have a value."""
+_LEG_JOINTS = 6  # of each leg of gaits that do not record it
+
+
+class Recorded:
+    """What moves a robot and has a record: a gait, or a transition.
+
+    Attributes:
+        joint_names, mirror, urdf, stance_sole, swing_sole_frame, meta: as of a gait.
+        trajectory: the motion as a function of time.
+    """
+
+    joint_names: tuple[str, ...]
+    mirror: Array
+    urdf: str
+    stance_sole: str
+    swing_sole_frame: str
+    meta: Mapping[str, object]
+    trajectory: Trajectory
+
+    def fact(self, *keys: str) -> object | None:
+        """Return `meta[key][key]...`, None if any of the keys is absent."""
+        value: object | None = self.meta
+        for key in keys:
+            value = value.get(key) if isinstance(value, Mapping) else None
+        return value
+
+    def number(self, *keys: str) -> float | None:
+        """Return a number of `meta`, None if it is absent or not a number."""
+        value = self.fact(*keys)
+        return float(value) if is_number(value) else None  # type: ignore[arg-type]
+
+    def text(self, *keys: str) -> str | None:
+        """Return a text of `meta`, None if it is absent or not a text."""
+        value = self.fact(*keys)
+        return value if isinstance(value, str) else None
+
+    @property
+    def leg_joints(self) -> int:
+        """Number of joints of each leg, the first of `joint_names`; six if it is not recorded."""
+        return int(self.number("leg_joints") or _LEG_JOINTS)
+
+    def joint_limit(self, kind: str) -> Array | None:
+        """Return `meta["limits"][kind]`, shape (J,), None if it is absent or no list of numbers.
+
+        Args:
+            kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
+        """
+        value = self.fact("limits", kind)
+        if not isinstance(value, list) or len(value) != len(self.joint_names):
+            return None
+        if not all(v is None or is_number(v) for v in value):
+            return None
+        return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
+
+
+def is_number(value: object) -> bool:
+    """Whether a value of JSON is a number whose square has a value."""
+    return (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and -LARGEST <= value <= LARGEST
+    )
 
 
 def recorded_choices(gait: Recorded) -> ImportOptions:
@@ -77,7 +142,7 @@ def _of_its_time(gait: Recorded, choices: ImportOptions) -> ImportOptions:
     return choices.over(without=tuple(part for part in PARTS if part != "armature"))
 
 
-def drawn_robot(gait: Gait) -> Robot:
+def drawn_robot(gait: Recorded) -> Robot:
     """Return the robot of a gait of format 1 or made by hand; what it does not record is found.
 
     Raises:
@@ -92,7 +157,7 @@ def drawn_robot(gait: Gait) -> Robot:
     return robot
 
 
-def _robot_or_found(gait: Gait) -> Robot:
+def _robot_or_found(gait: Recorded) -> Robot:
     try:
         return robot_of(gait)
     except GaitFileError:

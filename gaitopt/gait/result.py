@@ -16,6 +16,7 @@ from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
+from gaitopt.gait.recorded import LARGEST, Recorded, drawn_robot
 from gaitopt.gait.spline import bernstein
 from gaitopt.gait.trajectory import FootTurning, Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.joint_tree import TWIST
@@ -23,12 +24,9 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 
 _REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
-LARGEST = 1e50
-"""Of any number in a gait, in SI units: sums of squares and products still have a value."""
 _SHORTEST = 1e-50
 """Duration of a step [s]: what is divided by it still has a value."""
 _NOWHERE = 1e-12  # m: rounding in a step in place
-_LEG_JOINTS = 6  # of each leg of gaits that do not record it
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
 
 # Sizes that are not numbers: N samples, J joints, m knots, m + 2 coefficients, P parameters.
@@ -86,58 +84,6 @@ class ContactPhase:
     contact: str
     begin: float
     end: float
-
-
-class Recorded:
-    """What moves a robot and has a record: a gait, or a transition.
-
-    Attributes:
-        joint_names, mirror, urdf, stance_sole, swing_sole_frame, meta: as of a gait.
-        trajectory: the motion as a function of time.
-    """
-
-    joint_names: tuple[str, ...]
-    mirror: Array
-    urdf: str
-    stance_sole: str
-    swing_sole_frame: str
-    meta: Mapping[str, object]
-    trajectory: Trajectory
-
-    def fact(self, *keys: str) -> object | None:
-        """Return `meta[key][key]...`, None if any of the keys is absent."""
-        value: object | None = self.meta
-        for key in keys:
-            value = value.get(key) if isinstance(value, Mapping) else None
-        return value
-
-    def number(self, *keys: str) -> float | None:
-        """Return a number of `meta`, None if it is absent or not a number."""
-        value = self.fact(*keys)
-        return float(value) if is_number(value) else None  # type: ignore[arg-type]
-
-    def text(self, *keys: str) -> str | None:
-        """Return a text of `meta`, None if it is absent or not a text."""
-        value = self.fact(*keys)
-        return value if isinstance(value, str) else None
-
-    @property
-    def leg_joints(self) -> int:
-        """Number of joints of each leg, the first of `joint_names`; six if it is not recorded."""
-        return int(self.number("leg_joints") or _LEG_JOINTS)
-
-    def joint_limit(self, kind: str) -> Array | None:
-        """Return `meta["limits"][kind]`, shape (J,), None if it is absent or no list of numbers.
-
-        Args:
-            kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
-        """
-        value = self.fact("limits", kind)
-        if not isinstance(value, list) or len(value) != len(self.joint_names):
-            return None
-        if not all(v is None or is_number(v) for v in value):
-            return None
-        return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -459,8 +405,6 @@ class Gait(Recorded):
         """
         body = self.multibody
         if body is None:
-            from gaitopt.gait.recorded import drawn_robot  # knows gaits
-
             body = drawn_robot(self).multibody
         if body.moving_names != self.joint_names:
             raise InputError(
@@ -510,15 +454,6 @@ def _laid_flat(ends: Array, hinge: Array) -> Array:
 def array_names() -> tuple[str, ...]:
     """Return the names of the numeric arrays of a gait, in their order."""
     return tuple(f.name for f in fields(Gait) if f.name in SHAPES)
-
-
-def is_number(value: object) -> bool:
-    """Whether a value of JSON is a number whose square has a value."""
-    return (
-        isinstance(value, int | float)
-        and not isinstance(value, bool)
-        and -LARGEST <= value <= LARGEST
-    )
 
 
 def _fitted(gait: Gait) -> Array:

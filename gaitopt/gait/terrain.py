@@ -17,7 +17,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
-from gaitopt.model.feet.sole import LEVEL, Sole
+from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
 
 LEAST_ROUNDING = 0.02

@@ -10,7 +10,8 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
-from gaitopt.gait.result import Gait, Recorded
+from gaitopt.gait.recorded import Recorded
+from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import StepSequence, TrajectoryPhase
 from gaitopt.nlp import Array
 

@@ -27,8 +27,8 @@ from gaitopt.mechanics.forward_kinematics import (
     PostureQuantityDerivatives,
 )
 from gaitopt.mechanics.spatial import symmetric, upright
-from gaitopt.model.feet.sole import LEVEL
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import LEVEL
 from gaitopt.nlp import Array
 
 ROLL, PITCH, YAW = range(3)

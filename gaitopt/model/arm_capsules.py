@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.feet.foot_shape import Points, box_points
 from gaitopt.model.import_options import CapsuleRow
 from gaitopt.model.joint_tree import FIRST

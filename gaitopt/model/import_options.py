@@ -16,7 +16,7 @@ from typing import Any
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.sole import Sole
 from gaitopt.settings import NO_LIMIT, checked
 from gaitopt.units import read_motion, read_quantity
 
@@ -201,7 +201,7 @@ class PartChange:
     Attributes:
         part: "thigh", "shin", "hip_width", "foot", "ankle_height" or "trunk".
         longer: by which a thigh, a shin, a foot with its sole, the distance between the hips or the
-            height of the ankles above the soles grows [m]; see `legs.proportions` for what becomes
+            height of the ankles above the soles grows [m]; see `proportions` for what becomes
             of the masses.
         heavier: by which the part of each leg, or the trunk, grows with its inertia [kg].
 

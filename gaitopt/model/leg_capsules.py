@@ -15,13 +15,14 @@ from itertools import combinations
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.importers.source import Source, read_source
+from gaitopt.importers.reader import read_source
+from gaitopt.importers.source import Source
 from gaitopt.model.feet.foot_shape import Points, placed_shapes
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import CapsuleRow, Payload
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.legs.kinematic_tree import points_on_lines, pose
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
 DEFAULT_RADIUS = 0.05

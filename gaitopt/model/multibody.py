@@ -20,7 +20,7 @@ from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
 from gaitopt.model.chain import RootedChain
 from gaitopt.model.chain_physics import CarriedWeight
 from gaitopt.model.coupling import Coupling
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
 Index = NDArray[np.int64]

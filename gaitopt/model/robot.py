@@ -13,12 +13,12 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.reader import read_source
 from gaitopt.importers.report import Finding
-from gaitopt.importers.source import Source, read_source
+from gaitopt.importers.source import Source
 from gaitopt.model.chain import build_chain
 from gaitopt.model.chain_physics import ChainPhysics
 from gaitopt.model.coupling import Coupling, couple
-from gaitopt.model.feet.sole import LEVEL, Sole
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.joint_tree import JointTree, joint_tree
@@ -28,6 +28,7 @@ from gaitopt.model.legs.reference_posture import posture_doubts
 from gaitopt.model.linkage import Linkage
 from gaitopt.model.multibody import Multibody, multibody
 from gaitopt.model.sizes import size_doubts
+from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
 
 

@@ -8,7 +8,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
 from gaitopt.model.chain import RootedChain
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.sole import Sole
 
 # Between a toy and an excavator: a unit that is wrong is wrong by a thousand, and falls outside.
 _REACH = (0.1, 5.0)  # m, from hip to ankle

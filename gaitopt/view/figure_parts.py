@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitopt.design.summary import joint_groups
-from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import Gait, Recorded
+from gaitopt.gait.recorded import Recorded, ground_of
+from gaitopt.gait.result import Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array

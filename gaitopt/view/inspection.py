@@ -15,8 +15,9 @@ import pinocchio as pin
 from gaitopt.design.summary import brace
 from gaitopt.errors import RobotError
 from gaitopt.gait.presets import stroll
+from gaitopt.importers.reader import read_source
 from gaitopt.importers.report import Finding
-from gaitopt.importers.source import Source, read_source
+from gaitopt.importers.source import Source
 from gaitopt.model.import_options import SIDES, ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.legs.joint_limits import JointLimits

@@ -16,8 +16,8 @@ from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.design.summary import by_motion, payload_words, proof_rows, summarise
 from gaitopt.errors import GaitoptError
 from gaitopt.escape import filled_template, html_text
-from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import Gait, Recorded
+from gaitopt.gait.recorded import Recorded, ground_of
+from gaitopt.gait.result import Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.report import findings_of
 from gaitopt.units import motion_words

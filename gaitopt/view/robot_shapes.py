@@ -16,10 +16,10 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.gait.recorded import recorded_choices
-from gaitopt.gait.result import Recorded
+from gaitopt.gait.recorded import Recorded, recorded_choices
 from gaitopt.importers.meshes import MeshProblem
-from gaitopt.importers.source import Source, load_mesh, read_source
+from gaitopt.importers.reader import read_source
+from gaitopt.importers.source import Source, load_mesh
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.view.mesh_data import MeshData, read_mesh

@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.gait.recorded import recorded_choices
-from gaitopt.gait.result import Recorded
-from gaitopt.importers.source import Source, read_source
+from gaitopt.gait.recorded import Recorded, recorded_choices
+from gaitopt.importers.reader import read_source
+from gaitopt.importers.source import Source
 from gaitopt.model.legs.reference_posture import reference_configuration
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array

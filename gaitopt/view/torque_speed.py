@@ -58,7 +58,8 @@ def torque_speed_figure(
     figure = new_figure(_WIDTH * columns, _HEIGHT * rows + 0.3)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for k, (motor, panel) in enumerate(zip(motors, panels, strict=False)):
-        slides, size = first[k].slides, _size(first[k])
+        slides = first[k].slides
+        unit, size = ("m/s", 1.0) if slides else ("rpm", _RPM)
         for label, of in loops.items():
             closed = np.append(np.arange(len(of[k].time)), 0)  # the stride repeats itself
             panel.plot(
@@ -68,12 +69,11 @@ def torque_speed_figure(
         drive = None if table is None else first[k].drive(table)
         if drive is not None:
             _draw_envelope(panel, drive.at_joint())
-        _draw_limits(panel, first[k])
+        _draw_limits(panel, first[k], size)
         panel.axhline(0.0, color=GREY, linewidth=0.6)
         panel.axvline(0.0, color=GREY, linewidth=0.6)
-        speed = "speed [m/s]" if slides else "speed [rpm]"
         torque = motion_words("torque [N·m]", slides=slides)
-        label_axes(panel, speed, torque, name_on_figure(motor))
+        label_axes(panel, f"speed [{unit}]", torque, name_on_figure(motor))
     for panel in panels[len(motors) :]:
         panel.set_axis_off()
     if 1 < len(loops) <= MOST or (table is not None and len(loops) <= MOST):
@@ -82,18 +82,13 @@ def torque_speed_figure(
     return figure
 
 
-def _size(loop: MotorLoop) -> float:
-    """Return the unit of a motor's speed in its panel [rad/s; m/s]."""
-    return 1.0 if loop.slides else _RPM
-
-
-def _draw_limits(panel: Axes, loop: MotorLoop) -> None:
-    """Draw the limits of a motor's torque and speed."""
+def _draw_limits(panel: Axes, loop: MotorLoop, size: float) -> None:
+    """Draw the limits of a motor's torque and speed, that in units of a size [rad/s; m/s]."""
     for sign in (-1.0, 1.0):
         if loop.torque_limit is not None:
             panel.axhline(sign * loop.torque_limit, color=LIMIT, linewidth=1.0)
         if loop.speed_limit is not None:
-            panel.axvline(sign * loop.speed_limit / _size(loop), color=LIMIT, linewidth=1.0)
+            panel.axvline(sign * loop.speed_limit / size, color=LIMIT, linewidth=1.0)
 
 
 def _draw_envelope(panel: Axes, motor: JointMotor) -> None:

@@ -21,7 +21,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.importers.meshes import MeshPaths
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.sweep.grid import Axis, Grid, parse_axis
 from gaitopt.sweep.workers import local_workers

@@ -17,7 +17,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.sole import Sole
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
 SOLE = Sole(0.05, -0.17, 0.06, -0.07)

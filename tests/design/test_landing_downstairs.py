@@ -16,7 +16,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.impact import Impact
-from gaitopt.model.feet.sole import sole_edge_speeds
+from gaitopt.model.sole import sole_edge_speeds
 from gaitopt.nlp import Status
 
 DOWN = {"speed": 0.5, "duration": 0.7, "stairs": -0.17}

@@ -20,7 +20,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.importers.physics import PassiveJoint, Physics, PointMass
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.mechanics.single_support import FRICTION_RATE
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.importer import import_robot

@@ -9,7 +9,7 @@ from gaitopt.design import reduction
 from gaitopt.design.active_set import active_rows, instants_of, placed, violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.extremes import located
-from gaitopt.design.reduction import _at_extremes, _Stage, followed, on_either_side
+from gaitopt.design.reduction import _at_extremes, _Stage, on_either_side, resting_walk
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
@@ -61,7 +61,7 @@ def test_a_neighbour_is_reached_with_its_instants(at_extremes):
     task = replace(sparse.task, speed=sparse.task.speed - 0.005)
     there = WalkProblem(sparse.robot, task)
     fine = on_fine_grid(there)
-    found = followed(there, fine, x, active, SOLVER)
+    found = resting_walk(there, fine, x, active, SOLVER)
     assert found is not None
     assert found.keeps
     assert not violated_rows(fine, found.x)
@@ -132,4 +132,4 @@ def test_beside_an_end_a_limit_is_held_within_the_step(at_extremes, monkeypatch)
 def test_where_nothing_is_near_none_is_found(at_extremes):
     sparse, _, x, active, _ = at_extremes
     there = WalkProblem(sparse.robot, replace(sparse.task, speed=0.5 * sparse.task.speed))
-    assert followed(there, on_fine_grid(there), x, active, SOLVER) is None
+    assert resting_walk(there, on_fine_grid(there), x, active, SOLVER) is None

@@ -17,7 +17,7 @@ from gaitopt.gait.constraints import CentreOfPressure, Margins
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.sole import Sole
 
 NAME = "guess"
 

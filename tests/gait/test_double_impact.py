@@ -25,8 +25,8 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.closed_impact import ClosedImpact
 from gaitopt.mechanics.single_support import passive_torque
-from gaitopt.model.feet.sole import sole_edge_speeds
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import sole_edge_speeds
 from gaitopt.motions.stride import record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.tolerances import MOMENTUM, REFEREE

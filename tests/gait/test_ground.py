@@ -27,7 +27,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.terrain import Slope, Stairs
 from gaitopt.importers.physics import PassiveJoint, Physics
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.spatial import upright
 from gaitopt.mechanics.trunk import Trunk

@@ -10,8 +10,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.presets import foreign_margins, humanoid_task, preset_task
-from gaitopt.model.feet.sole import turning_arm
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import turning_arm
 from gaitopt.solvers import solver_by_name
 
 QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)

@@ -8,7 +8,7 @@ from gaitopt.mechanics.forward_kinematics import (
     corner_jacobian,
     corner_positions,
 )
-from gaitopt.model.feet.sole import sole_edge_speeds, turning_arm
+from gaitopt.model.sole import sole_edge_speeds, turning_arm
 
 
 def placed(robot, q):

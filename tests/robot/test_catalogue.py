@@ -60,7 +60,7 @@ def test_the_directory_is_that_of_the_installed_package():
 def test_the_list_and_the_choices_are_read_without_pinocchio():
     code = (
         "import sys; from gaitopt.catalogue.entries import catalogue, description\n"
-        "import gaitopt.model.feet.sole\n"
+        "import gaitopt.model.sole\n"
         "print(len(catalogue()), {'pinocchio', 'coal', 'scipy'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import (
     AXES,
     UNEQUAL,
@@ -20,6 +19,7 @@ from gaitopt.model.import_options import (
     choices_record,
 )
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 
 quick = settings(deadline=None, derandomize=True, max_examples=40)
 numbers = st.floats(0.01, 100.0)

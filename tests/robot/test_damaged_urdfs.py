@@ -10,7 +10,7 @@ from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.cli.app import app
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.robot import Robot
 
 SIDES = ("left", "right")

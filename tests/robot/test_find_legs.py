@@ -12,12 +12,12 @@ from numerics import relative_error
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
-from gaitopt.model.feet.sole import Sole
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import import_robot
 from gaitopt.model.legs.leg_detection import speaks_for_other_side
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 from gaitopt.view.inspection import inspect_robot, sections
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")

@@ -87,7 +87,7 @@ def test_the_package_is_named_where_it_is_missing(monkeypatch):
 
 
 def test_mujoco_is_named_where_it_is_missing(monkeypatch):
-    from gaitopt.importers.source import read_source
+    from gaitopt.importers.reader import read_source
 
     text = read_source(CASE).text
     monkeypatch.setitem(sys.modules, "mujoco", None)

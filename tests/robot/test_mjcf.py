@@ -13,7 +13,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.mjcf_compile import whole_mjcf
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.importers.xml_document import parse_xml
 
 COLLISION = pin.GeometryType.COLLISION

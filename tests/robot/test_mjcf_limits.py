@@ -8,7 +8,7 @@ import pytest
 from mjcf_edits import added, at, edited, together
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 
 TEXT = """<mujoco><compiler angle='radian'/>
 <default><joint range='-2 3' actuatorfrcrange='-70 80'/>

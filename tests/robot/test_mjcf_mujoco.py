@@ -14,7 +14,7 @@ from mjcf_oracle import Mapping, compare, mass_matrix, silent, silently_compiled
 from places import CASES
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.robot import Robot
 
 SOUND = (

@@ -10,7 +10,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import MOST_JOINTS
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.robot import Robot
 
 SHIN = ".//body[@name='left_knee_body']"

@@ -8,8 +8,8 @@ from urdf_edits import add_arm, edited_urdf, joint, link, scale_mass, set_limit
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 

@@ -11,7 +11,7 @@ from gaitopt.cli.request import robot_source
 from gaitopt.errors import InputError, RobotError
 from gaitopt.gait.assemble import physics_record
 from gaitopt.importers.physics import PARTS, PassiveJoint, Physics, PointMass
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import (
     ImportOptions,
     LimitOverride,

@@ -8,7 +8,7 @@ import pytest
 from urdf_edits import add_arm, edited_urdf, joint
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.legs.reference_posture import reference_angles
 from gaitopt.model.robot import Robot

@@ -12,7 +12,7 @@ from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.robot_changes import Anatomy
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import (
     ImportOptions,
     PartChange,

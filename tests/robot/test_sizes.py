@@ -7,9 +7,9 @@ from places import CASES
 from urdf_edits import edited_urdf
 
 from gaitopt.errors import RobotError
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 
 
 def scaled(lengths=1.0, masses=1.0, inertias=1.0):

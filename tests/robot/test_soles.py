@@ -17,9 +17,8 @@ from gaitopt import Robot
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.feet.foot_shape import foot_points
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.feet.sole_detection import (
     convex_polygon,
     find_sole,
@@ -27,6 +26,7 @@ from gaitopt.model.feet.sole_detection import (
     largest_rectangle,
 )
 from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.sole import Sole
 
 FOOT = """<robot name='foot'>
 <link name='base'/><link name='foot'>

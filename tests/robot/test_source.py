@@ -14,7 +14,8 @@ from urdf_edits import add_arm, edited_urdf, joint, link
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import Source, read_source
+from gaitopt.importers.reader import read_source
+from gaitopt.importers.source import Source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot

@@ -12,7 +12,7 @@ from places import CASES
 from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.chain import RootedChain, build_chain
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.importer import ImportedRobot, import_robot

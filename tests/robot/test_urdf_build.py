@@ -12,7 +12,7 @@ from places import CASES
 from urdf_edits import edited_urdf, joint
 
 from gaitopt import biped13, urdf_text
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.importers.urdf_document import describe
 from gaitopt.importers.urdf_model import build_model
 from gaitopt.importers.xml_document import parse_xml

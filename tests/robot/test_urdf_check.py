@@ -13,7 +13,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import refuse_unsound
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.importers.urdf_check import check_urdf
 from gaitopt.importers.xml_document import parse_xml
 from gaitopt.model.import_options import ImportOptions, LimitOverride

@@ -9,7 +9,7 @@ from urdf_oracle import differences_from_text
 
 from gaitopt import biped13, urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 
 MUTATIONS = 45  # of each: 180 in all; a fuzzer takes `mutate_urdf` for more
 TEXTS = {

@@ -10,7 +10,7 @@ from places import CASES
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.importers.xml_document import as_number, as_numbers
 
 MEANT = {

@@ -10,7 +10,7 @@ from places import CASES
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot

@@ -8,7 +8,7 @@ from places import CASES
 from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.robot import Robot
 
 INERTIA, REDUCTION = 3e-5, 41.0

@@ -18,7 +18,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.importers.physics import PassiveJoint, Physics
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot

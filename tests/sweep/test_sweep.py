@@ -22,9 +22,9 @@ from gaitopt.design.design import design
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.gait_file import load_gait
-from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import ImportOptions, LimitOverride, Payload, choices_record
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 from gaitopt.solvers import solver_by_name
 from gaitopt.sweep.database import Database
 from gaitopt.sweep.executor import CONTINUE

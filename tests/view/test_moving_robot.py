@@ -4,7 +4,7 @@ import pinocchio as pin
 import pytest
 from sample_gait import sample_gait
 
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.view.animation import Animation, draw_robot, frames
 from gaitopt.view.inspection_page import draw_still
 from gaitopt.view.robot_shapes import robot_shapes

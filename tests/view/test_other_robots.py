@@ -14,7 +14,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.importers.source import read_source
+from gaitopt.importers.reader import read_source
 from gaitopt.view.animation import frames, hip_height
 from gaitopt.view.page import page_text
 from gaitopt.view.robot_shapes import robot_shapes

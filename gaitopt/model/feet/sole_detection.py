@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.foot_shape import FootShape
-from gaitopt.model.feet.sole import Sole, tidy
+from gaitopt.model.sole import Sole, tidy
 from gaitopt.nlp import Array
 
 MOST_TILTED = 0.6435

@@ -1,0 +1,144 @@
+"""Reading a robot: a URDF here, an MJCF file in `mjcf_source`."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.meshes import LoadMesh, MeshProblem
+from gaitopt.importers.physics import Physics
+from gaitopt.importers.report import Finding
+from gaitopt.importers.source import Source, load_mesh
+from gaitopt.importers.text_files import read_text
+from gaitopt.importers.ties import Tie
+from gaitopt.importers.urdf_check import check_urdf, passive_joints, read_ties, urdf_findings
+from gaitopt.importers.urdf_document import Description, describe
+from gaitopt.importers.urdf_geometry import (
+    Kind,
+    Shapes,
+    build_geometry,
+    diagonals,
+    mesh_problems,
+    read_shapes,
+)
+from gaitopt.importers.urdf_model import Rotor, add_armature, build_model, read_rotors
+from gaitopt.importers.xml_document import FileProblem, XmlTree, parse_xml
+
+_KINDS: dict[pin.GeometryType, Kind] = {
+    pin.GeometryType.VISUAL: "visual",
+    pin.GeometryType.COLLISION: "collision",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfSource(Source):
+    """A URDF."""
+
+    format = "urdf"
+    _broken: dict[tuple[str, str], MeshProblem] = field(
+        default_factory=dict, init=False, repr=False
+    )
+
+    @cached_property
+    def physics(self) -> Physics:
+        """Damping and friction of the joints."""
+        return Physics(passive_joints(self._description))
+
+    @cached_property
+    def ties(self) -> Mapping[str, Tie]:
+        """Joints that mimic others."""
+        return read_ties(self._description)[0]
+
+    def mesh_problems(self) -> list[MeshProblem]:
+        """Return the meshes that are missing, empty, were not fetched, or could not be read."""
+        found = mesh_problems(self._read_shapes.shapes, self._paths)
+        known = {(problem.link, problem.file) for problem in found}
+        return found + [p for place, p in self._broken.items() if place not in known]
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return what is told of rotors, soft limits, and inertias beyond a link's extent."""
+        return urdf_findings(self._description, self._rotors, self._diagonals)
+
+    def _build(self) -> pin.Model:
+        model = build_model(self._description)
+        add_armature(model, self._rotors)
+        return model
+
+    def _shapes(
+        self, kind: pin.GeometryType, links: Collection[str] | None, load: LoadMesh
+    ) -> pin.GeometryModel | None:
+        wanted = self._read_shapes.of(_KINDS[kind])
+        shapes, broken = build_geometry(self._whole, wanted, self._paths, load, links)
+        self._broken.update({(problem.link, problem.file): problem for problem in broken})
+        return shapes if shapes.ngeoms else None
+
+    def _mesh_files(self) -> list[str]:
+        return [mesh.get("filename", "") for mesh in self.tree.root.iter("mesh")]
+
+    @cached_property
+    def _description(self) -> Description:
+        return describe(self.tree)
+
+    @cached_property
+    def _rotors(self) -> tuple[Rotor, ...]:
+        return read_rotors(self.tree, self._description)[0]
+
+    @cached_property
+    def _read_shapes(self) -> Shapes:
+        return read_shapes(self.tree)
+
+    def _diagonals(self, kind: Kind, links: Collection[str]) -> dict[str, float]:
+        """Return the diagonals of boxes about the shapes of some links [m]."""
+        which = next(key for key, value in _KINDS.items() if value == kind)
+        shapes = self._shapes(which, links, load_mesh)
+        return {} if shapes is None else diagonals(self._whole, shapes)
+
+
+def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> Source:
+    """Read a robot from a URDF or MJCF file, or from its text, and check it.
+
+    Args:
+        urdf: path of the file, or its text, which begins with "<".
+        package_dirs: directories in which packages of meshes are looked for, before those above
+            the file and those that ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name.
+
+    Raises:
+        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf`,
+            `compile_mjcf` and `extract`.
+        MissingExtraError: it is MJCF, and MuJoCo is not installed.
+    """
+    text, path = _text(urdf)
+    dirs = tuple(map(str, package_dirs))
+    if (checked := _checked_urdf(text)) is not None:
+        tree, problems = checked
+        return UrdfSource(text, path, dirs, problems, tree)
+    tree = parse_xml(text)
+    if tree.root.tag == "mujocoinclude":
+        raise RobotError(
+            "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
+        )
+    from gaitopt.importers.mjcf_source import read_mjcf  # whose modules a URDF does not need
+
+    return read_mjcf(tree, text, path, dirs)
+
+
+@lru_cache(maxsize=2)  # whoever draws a robot that was just designed for has the same text
+def _checked_urdf(text: str) -> tuple[XmlTree, tuple[FileProblem, ...]] | None:
+    """Return a URDF parsed, and what is odd in it; None for a file of MuJoCo's."""
+    tree = parse_xml(text)
+    return None if tree.root.tag.startswith("mujoco") else (tree, check_urdf(tree))
+
+
+def _text(urdf: str | Path) -> tuple[str, Path | None]:
+    if isinstance(urdf, str):
+        if urdf.lstrip("\ufeff \t\r\n").startswith("<"):
+            return urdf.lstrip("\ufeff \t\r\n"), None
+        if not urdf.strip():
+            raise RobotError("the robot is empty text; give a URDF, or the path of a file")
+    path = Path(urdf).expanduser()
+    return read_text(path, "URDF"), path
