@@ -1,7 +1,4 @@
-"""Forms of motions: which arrays they have, in which units, frames and orders, and who reads them.
-
-`FORMATS` is the one list; the command line, the writers and docs/motions.md follow it.
-"""
+"""Forms of motions; docs/motions.md tells arrays, units and frames of each, and who reads it."""
 
 from __future__ import annotations
 
@@ -30,23 +27,6 @@ _BASE = 6  # columns of its track
 
 
 @dataclass(frozen=True)
-class MotionArray:
-    """An array of a form, or a group of columns of a table.
-
-    Attributes:
-        name: in the file.
-        shape: T instants, n joints, B bodies.
-        unit: of its numbers.
-        meaning: what it is, and in which frame.
-    """
-
-    name: str
-    shape: str
-    unit: str
-    meaning: str
-
-
-@dataclass(frozen=True)
 class MotionFormat:
     """A form of motions.
 
@@ -55,9 +35,7 @@ class MotionFormat:
         suffix: of its files.
         rate: samples a second unless asked otherwise [Hz].
         joints: order of joints unless asked otherwise, one of `orders.ORDERS`.
-        readers: who reads it.
-        arrays: what is in a file.
-        text: returns the content of a file.
+        content: returns that of a file.
         sampled: whether it has samples; otherwise rate and strides mean nothing.
     """
 
@@ -65,8 +43,6 @@ class MotionFormat:
     suffix: str
     rate: float
     joints: str
-    readers: str
-    arrays: tuple[MotionArray, ...]
     content: Callable[[Motion], bytes]
     sampled: bool = True
 
@@ -91,7 +67,7 @@ def format_named(name: str, *others: str) -> MotionFormat:
 
 
 def tracker_arrays(motion: Motion) -> dict[str, Array]:
-    """Return the arrays of a motion npz, see `FORMATS`."""
+    """Return the arrays of a motion npz."""
     samples, bodies = motion.samples, motion.body_motion
     single = {
         "joint_pos": samples.q,
@@ -115,7 +91,7 @@ def tracker_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def mujoco_arrays(motion: Motion) -> dict[str, Array]:
-    """Return positions, velocities, accelerations and torques as MuJoCo has them, see `FORMATS`."""
+    """Return positions, velocities, accelerations and torques as MuJoCo has them."""
     samples = motion.samples
     rate, change = motion.base_velocity[:, :3], motion.base_acceleration[:, :3]
     quaternion = samples.base_quaternion[:, SCALAR_FIRST]
@@ -133,7 +109,7 @@ def mujoco_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def pinocchio_arrays(motion: Motion) -> dict[str, Array]:
-    """Return configurations, their derivatives and torques as Pinocchio has them, see `FORMATS`."""
+    """Return configurations, their derivatives and torques as Pinocchio has them."""
     samples = motion.samples
     return {
         "time": samples.time,
@@ -149,7 +125,7 @@ def pinocchio_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def table_columns(motion: Motion) -> dict[str, Array]:
-    """Return the columns of a table with a header, shape (T,) each, see `FORMATS`."""
+    """Return the columns of a table with a header, shape (T,) each."""
     samples = motion.samples
     columns = {
         "time [s]": samples.time,
@@ -383,136 +359,16 @@ def _flow(value: object) -> str:
     return json.dumps(value)
 
 
-_FEET = (
-    MotionArray("foot_contact", "(T, 2)", "", "whether a foot stands"),
-    MotionArray("joint_names", "(n,)", "", "names, in order"),
-    MotionArray("foot_names", "(2,)", "", "sole frames, in the order of contacts and wrenches"),
-)
-_WORLD_WRENCH = MotionArray(
-    "foot_wrench", "(T, 2, 6)", "N, N·m", "force and moment about the sole's origin, world axes"
-)
-
 FORMATS: dict[str, MotionFormat] = {
-    "motion": MotionFormat(
-        "motion", ".npz", 50.0, "mujoco",
-        "mjlab, BeyondMimic and the trackers like it (`--joints isaac` for Isaac Lab)",
-        (
-            MotionArray("fps", "(1,)", "Hz", "rate"),
-            MotionArray("joint_pos", "(T, n)", "rad, m", "joint coordinates"),
-            MotionArray("joint_vel", "(T, n)", "rad/s, m/s", "their rates"),
-            MotionArray("body_pos_w", "(T, B, 3)", "m", "origins of the link frames, world"),
-            MotionArray("body_quat_w", "(T, B, 4)", "", "their orientation w x y z, world"),
-            MotionArray("body_lin_vel_w", "(T, B, 3)", "m/s", "velocity of the origins, world"),
-            MotionArray("body_ang_vel_w", "(T, B, 3)", "rad/s", "angular velocity, world"),
-            MotionArray("joint_torque", "(T, n)", "N·m, N", "torques of the motors"),
-            MotionArray(
-                "foot_wrench_w", "(T, 2, 6)", "N, N·m",
-                "force and moment about the sole's origin, world axes",
-            ),
-            *_FEET,
-            MotionArray("body_names", "(B,)", "", "names of links, the base first"),
-        ),
-        _npz(tracker_arrays),
-    ),
-    "mujoco": MotionFormat(
-        "mujoco", ".npz", 100.0, "mujoco", "MuJoCo, MJX, and what is made on them",
-        (
-            MotionArray("time", "(T,)", "s", "strictly increasing"),
-            MotionArray("qpos", "(T, 7 + n)", "m, rad", "base x y z, quaternion w x y z, joints"),
-            MotionArray(
-                "qvel", "(T, 6 + n)", "m/s, rad/s",
-                "base linear in the world, angular in the base, joints",
-            ),
-            MotionArray("qacc", "(T, 6 + n)", "m/s², rad/s²", "time derivative of qvel"),
-            MotionArray("torque", "(T, n)", "N·m, N", "torques of the motors"),
-            _WORLD_WRENCH,
-            *_FEET,
-        ),
-        _npz(mujoco_arrays),
-    ),
-    "pinocchio": MotionFormat(
-        "pinocchio", ".npz", 100.0, "gait", "Pinocchio, TSID, Crocoddyl, Aligator",
-        (
-            MotionArray("time", "(T,)", "s", "strictly increasing"),
-            MotionArray("q", "(T, 7 + n)", "m, rad", "base x y z, quaternion x y z w, joints"),
-            MotionArray(
-                "v", "(T, 6 + n)", "m/s, rad/s", "base linear and angular in the base, joints"
-            ),
-            MotionArray("a", "(T, 6 + n)", "m/s², rad/s²", "time derivative of v"),
-            MotionArray("tau", "(T, n)", "N·m, N", "torques of the motors"),
-            MotionArray(
-                "foot_wrench", "(T, 2, 6)", "N, N·m", "force and moment in the sole frames"
-            ),
-            *_FEET,
-        ),
-        _npz(pinocchio_arrays),
-    ),
-    "csv": MotionFormat(
-        "csv", ".csv", 100.0, "gait", "pandas, MATLAB, spreadsheets, ROS `JointTrajectory`",
-        (
-            MotionArray("time [s]", "(T,)", "s", "strictly increasing"),
-            MotionArray("step", "(T,)", "", "number of the step, from 0"),
-            MotionArray("phase", "(T,)", "", "share of the step that is over"),
-            MotionArray("base_x [m]", "3 columns", "m", "origin of the base, world"),
-            MotionArray("base_qx", "4 columns", "", "its orientation x y z w, world"),
-            MotionArray("base_vx [m/s]", "3 columns", "m/s", "its velocity, world"),
-            MotionArray("base_wx [rad/s]", "3 columns", "rad/s", "angular velocity, world"),
-            MotionArray("JOINT q [rad]", "n columns", "rad, m", "joint coordinates"),
-            MotionArray("JOINT dq [rad/s]", "n columns", "rad/s, m/s", "their rates"),
-            MotionArray("JOINT ddq [rad/s2]", "n columns", "rad/s², m/s²", "accelerations"),
-            MotionArray("JOINT torque [N.m]", "n columns", "N·m, N", "torques of the motors"),
-            MotionArray("FOOT contact", "1 column a foot", "", "1 where it stands"),
-            MotionArray("FOOT force_x [N]", "3 columns a foot", "N", "force on it, world"),
-            MotionArray(
-                "FOOT moment_x [N.m]", "3 columns a foot", "N·m",
-                "moment about the sole's origin, world axes",
-            ),
-        ),
-        _table,
-    ),
-    "g1-csv": MotionFormat(
-        "g1-csv", ".csv", 30.0, "g1",
-        "what reads retargeted human motions of Unitree's G1 (no header)",
-        (
-            MotionArray("1 to 3", "3 columns", "m", "origin of the base, world"),
-            MotionArray("4 to 7", "4 columns", "", "its orientation x y z w, world"),
-            MotionArray("8 to 36", "n columns", "rad", "joint angles"),
-        ),
-        _g1,
-    ),
-    "bezier": MotionFormat(
-        "bezier", ".yaml", 100.0, "gait", "learners on gait libraries, as NaviGait",
-        (
-            MotionArray("vd_x", "", "m/s", "velocity, world; vd_y likewise"),
-            MotionArray("joint_names", "n", "", "names, in order"),
-            MotionArray("degree", "", "", "7 of the curves, over the share of the step"),
-            MotionArray("largest_error", "", "rad, m", "of a joint's curve against the walk"),
-            MotionArray("RightSS", "", "", "the step on the right foot; LeftSS the other"),
-            MotionArray("coeff_jt", "8 n", "rad, m", "control points of the joints, one by one"),
-            MotionArray(
-                "coeff_b", "8 · 6", "m, rad",
-                "of the base: x y z from the stance sole's origin, roll pitch yaw, world axes",
-            ),
-            MotionArray("step_dur", "", "s", "duration of the step"),
-            MotionArray("step_len", "3", "m", "where the swing sole lands, from the stance sole"),
-        ),
-        _yaml,
-        sampled=False,
-    ),
-    "json": MotionFormat(
-        "json", ".json", 100.0, "gait", "anything else",
-        (
-            MotionArray("time", "T", "s", "strictly increasing; step, phase as in csv"),
-            MotionArray("base_position", "T × 3", "m", "origin of the base, world"),
-            MotionArray("base_quaternion", "T × 4", "", "its orientation x y z w, world"),
-            MotionArray("base_velocity", "T × 6", "m/s, rad/s", "linear, angular, world"),
-            MotionArray("base_acceleration", "T × 6", "m/s², rad/s²", "its time derivative"),
-            MotionArray("q", "T × n", "rad, m", "joint coordinates; dq, ddq their derivatives"),
-            MotionArray("torque", "T × n", "N·m, N", "torques of the motors"),
-            MotionArray("foot_contact", "T × 2", "", "whether a foot stands"),
-            MotionArray("foot_wrench", "T × 2 × 6", "N, N·m", "as in `mujoco`"),
-        ),
-        _json,
-    ),
-}  # fmt: skip
+    form.name: form
+    for form in (
+        MotionFormat("motion", ".npz", 50.0, "mujoco", _npz(tracker_arrays)),
+        MotionFormat("mujoco", ".npz", 100.0, "mujoco", _npz(mujoco_arrays)),
+        MotionFormat("pinocchio", ".npz", 100.0, "gait", _npz(pinocchio_arrays)),
+        MotionFormat("csv", ".csv", 100.0, "gait", _table),
+        MotionFormat("g1-csv", ".csv", 30.0, "g1", _g1),
+        MotionFormat("bezier", ".yaml", 100.0, "gait", _yaml, sampled=False),
+        MotionFormat("json", ".json", 100.0, "gait", _json),
+    )
+}
 """Forms of motions by name."""

@@ -16,25 +16,33 @@ from gaitopt.motions.formats import FORMATS
 from gaitopt.motions.orders import ORDERS
 
 PAGE = DOCS / "motions.md"
-HEADER = "| format | array | shape | unit | what, frame | order unless asked | read by |\n"
 SIZES = {"T": 80, "n": 12, "B": 13}  # a stride of 0.8 s at 100 Hz of the thirteen-link biped
 
 
-def table() -> str:
-    lines = [HEADER, "|---|---|---|---|---|---|---|\n"]
-    for form in FORMATS.values():
-        first = [f"`{form.name}` ({form.suffix})", form.joints, form.readers]
-        if form.sampled:
-            first[1] += f"; {form.rate:g} Hz"
-        for one in form.arrays:
-            cells = [first[0], f"`{one.name}`", one.shape, one.unit, one.meaning, *first[1:]]
-            lines.append("| " + " | ".join(cells) + " |\n")
-            first = ["", "", ""]
-    return "".join(line.replace("|  |", "| |").replace("|  |", "| |") for line in lines)
+def table() -> dict[str, tuple[str, dict[str, str]]]:
+    """Of each form of the page: suffix with order and rate; its arrays and their shapes."""
+    lines = PAGE.read_text("utf-8").split("## Formats")[1].split("## World")[0].splitlines()
+    found: dict[str, tuple[str, dict[str, str]]] = {}
+    for line in lines:
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        if len(cells) == 7 and cells[1].startswith("`"):
+            if cells[0]:
+                name, suffix = re.fullmatch(r"`(\S+)` \((\S+)\)", cells[0]).groups()
+                found[name] = f"{suffix}; {cells[5]}", {}
+                assert cells[6], "nobody reads it"
+            assert cells[4], "it means nothing"
+            found[name][1][cells[1].strip("`")] = cells[2]
+    return found
 
 
-def test_the_table_is_current():
-    assert table() in PAGE.read_text("utf-8"), table()
+TABLE = table()
+
+
+def test_the_table_has_every_form():
+    assert {name: head for name, (head, _) in TABLE.items()} == {
+        name: f"{form.suffix}; {form.joints}" + (f"; {form.rate:g} Hz" if form.sampled else "")
+        for name, form in FORMATS.items()
+    }
 
 
 def test_the_page_names_orders_and_bounds():
@@ -58,7 +66,7 @@ def test_files_have_the_arrays_of_the_table(tmp_path, name):
     path = gaitopt.export(sample_gait(), tmp_path / "m.npz", format=name, rate=100.0, joints=order)
     with np.load(path) as content:
         found = {key: content[key].shape for key in content.files}
-    assert found == {one.name: shape_of(one.shape) for one in FORMATS[name].arrays}
+    assert found == {key: shape_of(shape) for key, shape in TABLE[name][1].items()}
 
 
 def test_tables_have_the_columns_of_the_table(tmp_path):
@@ -68,21 +76,21 @@ def test_tables_have_the_columns_of_the_table(tmp_path):
     assert len(rows) == SIZES["T"]
     assert len(set(header)) == len(header) == 3 + 3 + 4 + 3 + 3 + 4 * 12 + 2 * 7
     foot, joint = "right_sole", "left_knee"
-    for one in FORMATS["csv"].arrays:
-        assert one.name.replace("FOOT", foot).replace("JOINT", joint) in header
+    for name in TABLE["csv"][1]:
+        assert name.replace("FOOT", foot).replace("JOINT", joint) in header
 
 
 def test_records_have_the_entries_of_the_table(tmp_path):
     content = json.loads(
         gaitopt.export(sample_gait(), tmp_path / "m.json", format="json").read_text()
     )
-    for one in FORMATS["json"].arrays:
-        assert np.shape(content[one.name]) == shape_of(one.shape), one.name
+    for name, shape in TABLE["json"][1].items():
+        assert np.shape(content[name]) == shape_of(shape), name
     curves = yaml.safe_load(
         gaitopt.export(sample_gait(), tmp_path / "m.yaml", format="bezier").read_text()
     )
-    for one in FORMATS["bezier"].arrays:
-        assert one.name in {**curves, **curves["RightSS"]}
+    for name in TABLE["bezier"][1]:
+        assert name in {**curves, **curves["RightSS"]}
     assert len(curves["LeftSS"]["coeff_jt"]) == 8 * SIZES["n"]
     assert len(curves["LeftSS"]["coeff_b"]) == 8 * 6
     assert {type(v) for v in curves["LeftSS"]["coeff_jt"]} == {float}
