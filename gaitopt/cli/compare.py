@@ -20,10 +20,10 @@ from gaitopt.cli.process import ExitCode, stop_on_interrupt
 from gaitopt.cli.report import print_doubts
 from gaitopt.cli.request import make_request
 from gaitopt.cli.results import require_writable
-from gaitopt.design.compare import COMPARED, SolverRun, compare_solvers
+from gaitopt.design.compare import COMPARED, compare_solvers, run_record
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
-from gaitopt.nlp import Status
+from gaitopt.nlp import Solution, Status
 from gaitopt.solvers import SOLVERS, Solver, solver_by_name
 from gaitopt.solvers.ipopt import Ipopt
 from gaitopt.tolerances import FEASIBLE
@@ -88,11 +88,11 @@ def _solver(name: str, settings: Settings) -> Solver:
     return solver_by_name(name, **{k: settings[k] for k in OPTIONS if k in settings and k in own})
 
 
-def _walks(one: SolverRun) -> bool:
+def _walks(one: Solution) -> bool:
     return one.violation <= FEASIBLE
 
 
-def comparison_table(runs: Sequence[SolverRun], unit: str) -> Table:
+def comparison_table(runs: Sequence[Solution], unit: str) -> Table:
     """Return the table of the runs; `unit` is that of the cost."""
     table = new_table(
         "Solvers at the samples, from the same start", "solver", "ended", f">cost\n{unit}",
@@ -118,11 +118,11 @@ def _finite(value: float, form: str) -> str:
     return f"{value:{form}}" if np.isfinite(value) else ABSENT
 
 
-def _write(runs: Sequence[SolverRun], output: Path) -> None:
+def _write(runs: Sequence[Solution], output: Path) -> None:
     from gaitopt.view.comparison_figures import write_convergence_figure
 
     make_directory(output)
-    record = {"solvers": [one.record() for one in runs]}
+    record = {"solvers": [run_record(one) for one in runs]}
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(output / RECORD, f"{text}\n".encode())
     write_convergence_figure(runs, output / FIGURE)

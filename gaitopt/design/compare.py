@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, fields, replace
 
 import numpy as np
 
@@ -11,17 +11,14 @@ from gaitopt.design.design import checked_start
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import (
     Array,
-    Progress,
-    ProgressCallback,
     Solution,
     Start,
-    Status,
     Stop,
     kkt_residual,
     never,
@@ -33,53 +30,21 @@ from gaitopt.solvers.multipliers import least_squares_multipliers
 COMPARED = ("sqp", "slsqp", "ipopt")
 
 
-@dataclass(frozen=True)
-class SolverRun:
-    """What one solver made of a walk at its samples.
-
-    Attributes:
-        solver, status: its name, and how it stopped.
-        cost: at its answer [unit of the task's cost], nan if it could not begin.
-        optimality, violation: of its answer from the point alone, with least-squares multipliers,
-            so that no solver's own word counts.
-        iterations, evaluations, hessians, seconds: of its run.
-        x: its answer, shape (P,).
-        history: of all iterations; `Progress.optimality` has one definition for all solvers.
-    """
-
-    solver: str
-    status: Status
-    cost: float
-    optimality: float
-    violation: float
-    iterations: int
-    evaluations: int
-    hessians: int
-    seconds: float
-    x: Array
-    history: tuple[Progress, ...]
-
-    def record(self) -> dict[str, object]:
-        """Return the run as JSON-able data; None for numbers that are not finite."""
-        told = {name: value for name, value in asdict(self).items() if name not in ("x", "history")}
-        history = [asdict(one) for one in self.history]
-        for numbers in (told, *history):
-            for name, value in numbers.items():
-                if isinstance(value, float) and not np.isfinite(value):
-                    numbers[name] = None
-        return {**told, "status": self.status.name.lower(), "history": history}
-
-
 def compare_solvers(
     robot: Robot,
     task: Task | None = None,
     solvers: Sequence[str | Solver] = COMPARED,
     *,
     start: Array | Gait | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
-) -> tuple[SolverRun, ...]:
+) -> tuple[Solution, ...]:
     """Solve one walk at its samples by several solvers from the same start.
+
+    Returns:
+        Their answers, judged alike: multipliers are those of least squares, and optimality and
+        violation those of the point with them, so that no solver's own word counts; cost,
+        optimality and violation are nan where a solver could not begin.
 
     Args:
         robot: the biped.
@@ -109,24 +74,26 @@ def compare_solvers(
     return tuple(runs)
 
 
-def _judged(problem: WalkProblem, solution: Solution) -> SolverRun:
+def _judged(problem: WalkProblem, solution: Solution) -> Solution:
     try:
         point = problem.point(solution.x)
     except EvaluationError:
-        optimality = violation = np.nan
-    else:
-        residual = kkt_residual(problem, point, *least_squares_multipliers(problem, point))
-        optimality, violation = residual.optimality, residual.feasibility
-    return SolverRun(
-        solver=solution.solver,
-        status=solution.status,
-        cost=solution.cost,
-        optimality=optimality,
-        violation=violation,
-        iterations=solution.iterations,
-        evaluations=solution.evaluations,
-        hessians=solution.hessians,
-        seconds=solution.seconds,
-        x=solution.x,
-        history=solution.history,
-    )
+        return replace(solution, optimality=np.nan, violation=np.nan)
+    rows, bounds = least_squares_multipliers(problem, point)
+    residual = kkt_residual(problem, point, rows, bounds)
+    return replace(
+        solution, multipliers=rows, bound_multipliers=bounds,
+        optimality=residual.optimality, violation=residual.feasibility,
+    )  # fmt: skip
+
+
+def run_record(run: Solution) -> dict[str, object]:
+    """Return a solver's run as JSON-able data; None for numbers that are not finite."""
+    apart = ("x", "multipliers", "bound_multipliers", "history")
+    told = {one.name: getattr(run, one.name) for one in fields(run) if one.name not in apart}
+    history = [asdict(one) for one in run.history]
+    for numbers in (told, *history):
+        for name, value in numbers.items():
+            if isinstance(value, float) and not np.isfinite(value):
+                numbers[name] = None
+    return {**told, "status": run.status.name.lower(), "history": history}

@@ -5,7 +5,7 @@ Where solvers find no walk, a diagnosis searches on; it finds one, or the reason
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ from gaitopt.errors import (
 )
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
@@ -42,7 +42,7 @@ def design(
     options: DesignOptions | None = None,
     *,
     start: Array | Gait | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
 ) -> Design:
     """Design the optimal gait of a robot for a task.

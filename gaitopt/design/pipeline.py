@@ -7,7 +7,6 @@ walk a `Design`.
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +19,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.refinement import refine, with_work
 from gaitopt.design.shadow_prices import shadow_prices
 from gaitopt.gait.assemble import gait_at
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
@@ -180,7 +179,7 @@ def complete(
     problem: WalkProblem,
     solution: Solution,
     options: DesignOptions,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
 ) -> Design:
     """Refine, confirm and certify a walk.
@@ -201,7 +200,7 @@ def polished(
     problem: WalkProblem,
     solution: Solution,
     options: DesignOptions,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
 ) -> tuple[WalkProblem, Solution, bool, WalkProblem]:
     """Refine and confirm a walk; as `complete`.

@@ -35,8 +35,8 @@ from gaitopt.design.active_set import (
 )
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.reduction import resting_walk
-from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
+from gaitopt.gait.problem import MakeProgress, WalkProblem
+from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
 from gaitopt.solvers.newton import is_strict_minimum
 from gaitopt.solvers.solver import Solver, make_iterate
 from gaitopt.solvers.sqp import SQP
@@ -57,7 +57,7 @@ def refine(
     problem: WalkProblem,
     solution: Solution,
     solver: Solver,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
     *,
     fine: WalkProblem | None = None,

@@ -33,13 +33,12 @@ from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableEr
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import foreign_margins, preset_task
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
+from gaitopt.nlp import Array, Solution, Status, Stop, never
 
-MakeProgress = Callable[[WalkProblem], ProgressCallback]
 SECOND = 1  # number of the start that comes from there
 SAME_COST = 1e-4  # relative difference of costs that counts as none
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
@@ -56,7 +55,7 @@ def design_gait(
     *,
     start: Array | Gait | None = None,
     starts: int | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
 ) -> Design:
     """Design the optimal gait of a robot for a task, as `gaitopt optimise` does.
@@ -122,7 +121,7 @@ def many_starts(
     workers: int = 1,
     start: Array | Gait | None = None,
     on_outcome: Callable[[Outcome], None] | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
 ) -> StartsReport:
     """Search from several first guesses, keep the best walk, refine and certify that one.
@@ -305,7 +304,7 @@ def _completed(
     problem: WalkProblem,
     solution: Solution,
     options: DesignOptions,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    on_progress: MakeProgress | None,
     stop: Stop,
 ) -> Design:
     """Return the design of a start's walk; one that is not yet optimal is solved once more."""
@@ -325,7 +324,7 @@ def _better(
     problem: WalkProblem,
     another: Outcome,
     options: DesignOptions,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    on_progress: MakeProgress | None,
     stop: Stop,
 ) -> Design:
     """Return the design of one more start if it is optimal, where the one found is not."""
@@ -339,7 +338,7 @@ def _without_impact(
     problem: WalkProblem,
     solution: Solution,
     options: DesignOptions,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    on_progress: MakeProgress | None,
     stop: Stop,
 ) -> Design:
     """Return a walk that lands at zero speed: from one that all but does, or from its own starts.

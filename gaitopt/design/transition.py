@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,7 +33,7 @@ from gaitopt.gait.assemble import gait_at, limits_record, robot_record, step_arr
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.initial_guess import perturbed, transition_guess
 from gaitopt.gait.plugin import Extension
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.quantities import PEAK
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.shift_step import ShiftStepModel
@@ -52,7 +52,7 @@ from gaitopt.gait.transition_problem import (
 )
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
+from gaitopt.nlp import Array, Solution, Status, Stop, never
 from gaitopt.tolerances import SAME
 
 MOST_STEPS = 8
@@ -103,7 +103,7 @@ def design_transition(
     postures: int | None = None,
     margins: Mapping[str, float | bool | None] | None = None,
     options: DesignOptions | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    on_progress: MakeProgress | None = None,
     stop: Stop = never,
 ) -> TransitionDesign:
     """Design the steps that lead from one walk to another, or from and to standing.
@@ -496,7 +496,7 @@ def standing_torque(robot: Robot, angles: Array) -> Array:
 def _searched(
     problem: TransitionProblem,
     options: DesignOptions,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    on_progress: MakeProgress | None,
     stop: Stop,
 ) -> Solution:
     """Solve from the first guess, first without habits and torsional friction, then with them.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -50,7 +50,7 @@ from gaitopt.gait.stride import (
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
+from gaitopt.nlp import NLP, Array, Point, ProgressCallback, Rows, Values, Variables
 
 
 @dataclass(frozen=True)
@@ -358,6 +358,10 @@ class WalkProblem(NLP):
     def _row_values(self, step: Period) -> Array:
         values = (b.function.value(b.take(step.values)).ravel() for b in self.blocks)
         return np.asarray(np.concatenate(list(values)) / self._row_scales)
+
+
+MakeProgress = Callable[[WalkProblem], ProgressCallback]
+"""Makes the progress callback of a walk, whose rows it can name."""
 
 
 def constraint_blocks(

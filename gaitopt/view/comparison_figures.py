@@ -10,10 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.design.compare import SolverRun
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
-from gaitopt.nlp import Array
+from gaitopt.nlp import Array, Solution
 from gaitopt.sweep.table import Row, columns, unit_of
 from gaitopt.tolerances import OPTIMALITY
 from gaitopt.view.figure_style import LIMIT, label_axes, name_on_figure, new_figure, write_figure
@@ -162,7 +161,7 @@ def branch_cuts(torques: Array) -> list[int]:
     return [int(row) + 1 for row in np.flatnonzero(found.any(axis=1))]
 
 
-def write_convergence_figure(runs: Sequence[SolverRun], path: Path) -> Path:
+def write_convergence_figure(runs: Sequence[Solution], path: Path) -> Path:
     """Draw optimality and violation of every iterate of every solver.
 
     Args:
@@ -175,7 +174,7 @@ def write_convergence_figure(runs: Sequence[SolverRun], path: Path) -> Path:
     return write_figure(path, lambda: _convergence(runs))
 
 
-def _convergence(runs: Sequence[SolverRun]) -> Figure:
+def _convergence(runs: Sequence[Solution]) -> Figure:
     figure = new_figure(9.5, 3.8)
     optimality, violation = figure.subplots(1, 2, sharey=True)
     for run in runs:

@@ -11,8 +11,7 @@ import pytest
 
 from gaitopt.cli import compare as command
 from gaitopt.cli.config import SCHEMA
-from gaitopt.design.compare import SolverRun
-from gaitopt.nlp import Status
+from gaitopt.nlp import Solution, Status
 from gaitopt.solvers import SOLVERS
 
 COARSE = ("--samples", "9", "--postures", "1")
@@ -75,8 +74,9 @@ def test_ctrl_c_shows_what_was_done(cli, monkeypatch):
 
 
 def test_a_solver_that_failed_has_no_numbers():
-    failed = SolverRun(
-        "slsqp", Status.NUMERICAL, np.nan, np.nan, np.nan, 0, 1, 0, 0.1, np.zeros(1), ()
+    none = np.zeros(1)
+    failed = Solution(
+        none, np.nan, none, none, Status.NUMERICAL, np.nan, np.nan, 0, 1, 0, 0.1, "slsqp"
     )
     table = command.comparison_table([failed], "N²·m·s")
     assert [next(iter(column.cells)) for column in table.columns[3:5]] == ["-", "-"]

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from gaitopt.design.compare import compare_solvers
+from gaitopt.design.compare import compare_solvers, run_record
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
@@ -33,7 +33,7 @@ def test_every_solver_begins_at_the_same_point_and_is_judged_alike(robot, runs):
 
 
 def test_a_comparison_can_be_read_by_machines(runs):
-    record = json.loads(json.dumps(runs[1].record(), allow_nan=False))
+    record = json.loads(json.dumps(run_record(runs[1]), allow_nan=False))
     assert record["solver"] == "slsqp"
     assert record["history"][0]["radius"] is None  # it has none
     assert len(record["history"]) == len(runs[1].history)
