@@ -212,6 +212,19 @@ def declared(part: type, *names: str) -> Iterator[Setting]:
         yield Setting(one.name, kind, default=default, required=required, **one.metadata[KEY])
 
 
+def check_choices(one: Any) -> None:
+    """Check that fields of a dataclass instance which declare their choices hold one of them.
+
+    Raises:
+        InputError: one does not.
+    """
+    for entry in fields(one):
+        names = entry.metadata.get(KEY, {}).get("choices", ())
+        if isinstance(names, tuple) and names and (value := getattr(one, entry.name)) not in names:
+            known = (" or " if len(names) == 2 else ", ").join(names)
+            raise InputError(f"{entry.name} {shown(value)} is unknown; choose {known}")
+
+
 def _type_name(annotation: object) -> str:
     """Return an annotation, evaluated or not, as it is written, without None and modules."""
     text = str(annotation).removesuffix(" | None").removeprefix("<class '").removesuffix("'>")

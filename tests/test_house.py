@@ -237,6 +237,23 @@ def bases(owner, classes):
             yield from bases(known, classes)
 
 
+def test_every_method_has_a_docstring():
+    """Its own, or that of the method of a base class which it overrides."""
+    every = (node for module in modules().values() for node in module.body)
+    classes = {node.name: node for node in every if isinstance(node, ast.ClassDef)}
+    missing, seen = [], 0
+    for path, owner, node in defined():
+        if owner is None or node.name.startswith("_"):
+            continue
+        every = [m for one in (owner, *bases(owner, classes)) for m in one.body]
+        own = [m for m in every if getattr(m, "name", "") == node.name]
+        seen += 1
+        if not any(ast.get_docstring(one) for one in own):
+            missing.append(f"{path.name}: {owner.name}.{node.name}")
+    assert missing == []
+    assert seen > 1000
+
+
 def test_every_array_has_a_shape_in_a_docstring():
     """Or the name of what tells it: of a method also where it overrides, of its letters the class.
 

@@ -1,4 +1,4 @@
-"""What a contact mode is: how a standing foot can move and what the ground can give it."""
+"""How a standing foot can move and what the ground can give it: contact modes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Hinge:
 class ContactMode(ABC):
     """How a foot stands; a swinging foot has none.
 
-    To add one: a class in a file of its own (docs/extending.md).
+    To add one: a class, here or in a file of its own (docs/extending.md).
 
     Attributes:
         name: in records and messages, unique.
@@ -64,3 +64,73 @@ class ContactMode(ABC):
     @abstractmethod
     def resting(self) -> NDArray[np.bool_]:
         """Return which corners of the sole, as `Sole.corners`, are on the ground, shape (4,)."""
+
+
+@dataclass(frozen=True)
+class FlatFoot(ContactMode):
+    """The whole sole rests on the ground.
+
+    The foot stands still; the centre of pressure is inside the sole, Eqs. (37)-(38).
+    """
+
+    name: ClassVar[str] = "flat"
+
+    def hinge(self, sole: Sole) -> None:
+        """Return None: the foot cannot turn."""
+        del sole
+
+    def bearing(self, sole: Sole, margin: float) -> Array:
+        return np.array(
+            [sole.toe - margin, sole.heel + margin, sole.left - margin, sole.right + margin]
+        )
+
+    def resting(self) -> NDArray[np.bool_]:
+        return np.ones(4, dtype=np.bool_)
+
+
+@dataclass(frozen=True)
+class ToeLine(ContactMode):
+    """The front edge of the sole rests on the ground and the foot turns about it, the heel rising.
+
+    The centre of pressure is within a strip behind the edge: a real one is round, or a plate.
+
+    Attributes:
+        strip: its length [m].
+    """
+
+    name: ClassVar[str] = "toe line"
+    strip: float
+
+    def hinge(self, sole: Sole) -> Hinge:
+        return Hinge(np.array([sole.toe, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+
+    def bearing(self, sole: Sole, margin: float) -> Array:
+        return np.array([sole.toe, sole.toe - self.strip, sole.left - margin, sole.right + margin])
+
+    def resting(self) -> NDArray[np.bool_]:
+        return np.array([True, True, False, False])
+
+
+@dataclass(frozen=True)
+class HeelLine(ContactMode):
+    """The rear edge of the sole rests on the ground and the foot turns about it, the toe rising.
+
+    The centre of pressure is within a strip ahead of the edge: a heel is round.
+
+    Attributes:
+        strip: its length [m].
+    """
+
+    name: ClassVar[str] = "heel line"
+    strip: float
+
+    def hinge(self, sole: Sole) -> Hinge:
+        return Hinge(np.array([sole.heel, 0.0, 0.0]), np.array([0.0, -1.0, 0.0]))
+
+    def bearing(self, sole: Sole, margin: float) -> Array:
+        return np.array(
+            [sole.heel + self.strip, sole.heel, sole.left - margin, sole.right + margin]
+        )
+
+    def resting(self) -> NDArray[np.bool_]:
+        return np.array([False, False, True, True])

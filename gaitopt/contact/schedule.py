@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.mode import ContactMode
+from gaitopt.contact.mode import ContactMode, FlatFoot
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 

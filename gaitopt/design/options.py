@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from gaitopt.bounds import shown
 from gaitopt.errors import InputError
-from gaitopt.settings import checked, entry
+from gaitopt.settings import check_choices, checked, entry
 from gaitopt.solvers import Solver, solver_by_name
 
 PHASE_TIMES = ("best", "given")
@@ -81,16 +81,4 @@ class DesignOptions:
             raise InputError(
                 f"solver is {shown(self.solver)}; give a Solver, as solver_by_name('sqp')"
             )
-        if self.approach not in APPROACHES:
-            raise InputError(
-                f"approach '{self.approach}' is unknown; choose {', '.join(APPROACHES)}"
-            )
-        for name in ("toe_begin", "phase_times"):
-            if getattr(self, name) not in PHASE_TIMES:
-                raise InputError(
-                    f"{name} '{getattr(self, name)}' is unknown; choose {', '.join(PHASE_TIMES)}"
-                )
-        if self.differences not in DIFFERENCES:
-            raise InputError(
-                f"differences '{self.differences}' is unknown; choose {', '.join(DIFFERENCES)}"
-            )
+        check_choices(self)

@@ -159,13 +159,11 @@ class RelaxedProgram(NLP):
         return np.append(x, np.minimum(t, [r.largest for r in self.relaxations]))
 
     def values(self, z: Array) -> Values:
-        """Return objective and rows at (x, t)."""
         x, t = self.split(z)
         at = self.base.values(x)
         return Values(z, self._objective(x, t), self._rows(at.rows, t))
 
     def point(self, z: Array) -> Point:
-        """Return objective, rows and their derivatives at (x, t)."""
         x, t = self.split(z)
         at = self.base.point(x)
         jacobian = np.empty((self.source.size, z.size))
@@ -177,7 +175,6 @@ class RelaxedProgram(NLP):
         return Point(z, self._objective(x, t), self._rows(at.rows, t), gradient, jacobian)
 
     def hessian(self, z: Array, multipliers: Array, cost_weight: float) -> Array:
-        """Return the exact Hessian of cost_weight * objective + multipliers . rows."""
         x, t = self.split(z)
         y = self.base_multipliers(multipliers)
         coupled_y = [self._coupled_multipliers(i, y) for i in range(t.size)]
@@ -192,7 +189,6 @@ class RelaxedProgram(NLP):
         return H
 
     def describe(self, row: int) -> str:
-        """Name a row."""
         return self.base.describe(int(self.source[row]))
 
     def base_multipliers(self, multipliers: Array) -> Array:
@@ -309,7 +305,6 @@ class LimitAdjustment(Adjustment):
     twists: bool = False
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
-        """Return robot and task with another value."""
         if self.name in _ROBOT_SETTINGS:
             return _with_limits(robot, self.name, value), task
         if self.name == "speed":
@@ -320,7 +315,6 @@ class LimitAdjustment(Adjustment):
         return robot, task.with_margins(margins)
 
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
-        """Return the walk with the limits as functions of t."""
         x = start[:-1]
         return RelaxedProgram(problem, (self.relaxation(problem, x),), x)
 
@@ -356,11 +350,9 @@ class LimitAdjustment(Adjustment):
         return Relaxation(self.name, lower, upper, couplings, largest)
 
     def start(self, x: Array, amount: float) -> Array:
-        """Return (x, t)."""
         return np.append(x, min(amount, (self.bound - self.before) / self.step))
 
     def value(self, z: Array) -> float:
-        """Return the value at (x, t)."""
         return self.before + self.step * float(z[-1])
 
     def _couplings(
@@ -404,11 +396,9 @@ class DurationAdjustment(Adjustment):
     """The duration of the step, made a variable of the walk."""
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
-        """Return robot and task with another duration."""
         return robot, replace(task, duration=value)
 
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
-        """Return the walk that keeps its duration as near as it can to the one asked for."""
         low, high = sorted((self.before, self.bound))
         free: dict[str, float | bool] = {"lower": low, "upper": high, "free": True}
         table = set_geometry(problem.task.geometry, {"duration": free})
@@ -419,11 +409,9 @@ class DurationAdjustment(Adjustment):
         return RelaxedProgram(walk, (), start, weights)
 
     def start(self, x: Array, amount: float) -> Array:
-        """Return the variables of the walk with a free duration."""
         return np.append(x, self.before + min(amount, 1.0) * (self.bound - self.before))
 
     def value(self, z: Array) -> float:
-        """Return the duration."""
         return float(z[-1])
 
 
@@ -440,11 +428,9 @@ class StepWidthAdjustment(Adjustment):
     side: float
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
-        """Return robot and task with another step width."""
         return robot, replace(task, margins=replace(task.margins, step_width=value))
 
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
-        """Return the walk whose steps are as little wider than asked for as can be."""
         least = {"lower": self.before} if self.side > 0.0 else {"upper": -self.before}
         table = set_geometry(problem.task.geometry, {"foot_spacing": {**least}})
         _, task = self.changed(problem.robot, replace(problem.task, geometry=table), self.bound)
@@ -454,18 +440,15 @@ class StepWidthAdjustment(Adjustment):
         return RelaxedProgram(walk, (), start, weights)
 
     def start(self, x: Array, amount: float) -> Array:
-        """Return x with the feet a part of the way from the width asked for to the bound apart."""
         z = x.copy()
         width = self.before + min(amount, 1.0) * (self.bound - self.before)
         z[self.index] = self.side * width
         return z
 
     def value(self, z: Array) -> float:
-        """Return the step width."""
         return self.side * float(z[self.index])
 
     def walk(self, z: Array) -> Array:
-        """Return x, which the program's variables are."""
         return z
 
 

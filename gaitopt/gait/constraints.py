@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
-from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.mode import ContactMode
+from gaitopt.contact.mode import ContactMode, FlatFoot
 from gaitopt.contact.schedule import AFTER
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
@@ -765,7 +764,6 @@ class ArmGap(Constraint):
     reads, margins = (quantities.ARM_GAPS,), ("arm_gap",)
 
     def asked(self, context: ConstraintContext) -> bool:
-        """Return whether there are arms that move and could touch anything."""
         from gaitopt.mechanics.body_pairs import arm_pairs
 
         return super().asked(context) and bool(arm_pairs(context.robot).kept)
@@ -1007,7 +1005,6 @@ class MotorEnvelope(Constraint):
         object.__setattr__(self, "motors", joint_motors_of(self.motors))
 
     def asked(self, context: ConstraintContext) -> bool:
-        """Return whether there are motors."""
         del context
         return bool(self.motors)
 

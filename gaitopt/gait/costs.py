@@ -177,7 +177,6 @@ class RunningCost(Cost):
         """Return l as a function with one row of the quantities it reads, side by side."""
 
     def function(self, context: CostContext) -> CostFunction:
-        """Return the integral."""
         integrand = self.integrand(context.robot)
         return _Integral(integrand, self.reads, context.weights, context.way)
 
@@ -261,7 +260,6 @@ class TorqueCost(RunningCost):
         check_weights(self.weights)
 
     def integrand(self, robot: Robot) -> QuantityFunction:
-        """Return the weighted sum of squared torques."""
         return SquaredNorm(joint_weights(robot, self.weights))
 
 
@@ -298,7 +296,6 @@ class MechanicalWork(_Work):
     name, unit, words = "work", "J/m", "absolute mechanical work per metre"
 
     def integrand(self, robot: Robot) -> QuantityFunction:
-        """Return the weighted sum of powers."""
         weights = joint_weights(robot, self.weights)
         return MotorPower(curved=weights, power_smoothing=self.power_smoothing)
 
@@ -320,7 +317,6 @@ class PositiveWork(_Work):
     name, unit, words = "positive-work", "J/m", "positive mechanical work per metre"
 
     def integrand(self, robot: Robot) -> QuantityFunction:
-        """Return the weighted sum of powers."""
         half = 0.5 * joint_weights(robot, self.weights)
         return MotorPower(linear=half, curved=half, power_smoothing=self.power_smoothing)
 
@@ -416,7 +412,6 @@ class MotorPower(QuantityFunction):
     friction: Array | float = 0.0
 
     def value(self, quantity: Array) -> Array:
-        """Return the sums, shape (K, 1)."""
         torque, rate, power, size = self._parts(quantity)
         rubbing = np.hypot(rate, RATE_SMOOTHING) - RATE_SMOOTHING
         each = self.curved * (size - self.power_smoothing) + self.linear * power
@@ -424,7 +419,6 @@ class MotorPower(QuantityFunction):
         return np.asarray(each.sum(axis=1, keepdims=True))
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivatives, shape (K, 1, 2 n)."""
         torque, rate, power, size = self._parts(quantity)
         of_power = self.curved * power / size + self.linear
         rubbing = self.friction * rate / np.hypot(rate, RATE_SMOOTHING)
@@ -433,7 +427,6 @@ class MotorPower(QuantityFunction):
         return np.concatenate([by_torque, by_rate], axis=1)[:, None]
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the second derivatives, shape (K, 2 n, 2 n)."""
         torque, rate, power, size = self._parts(quantity)
         second = self.curved * self.power_smoothing**2 / size**3
         rubbing = self.friction * RATE_SMOOTHING**2 / np.hypot(rate, RATE_SMOOTHING) ** 3
@@ -480,16 +473,13 @@ class PeakTorque(Cost):
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """That no torque is larger."""
         return (BelowPeak(weights=self.weights),)
 
     def function(self, context: CostContext) -> CostFunction:
-        """Return the parameter."""
         del context
         return _Peak()
 
     def typical(self, context: CostContext) -> float:
-        """Return about the largest torque of a good walk."""
         return float(typical_entries(quantities.PEAK, context.robot)[0])
 
 
@@ -507,7 +497,6 @@ class BelowPeak(Constraint):
     weights: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return two rows for each joint that has a weight."""
         names = context.robot.joint_names
         weights = joint_weights(context.robot, self.weights)
         kept = np.flatnonzero(weights)
@@ -527,17 +516,14 @@ class _Peak(CostFunction):
     """p, which is the same at every instant."""
 
     def value(self, step: Period) -> float:
-        """Return p [N·m]."""
         return float(step.read(quantities.PEAK)[0, 0])
 
     def gradient(self, step: Period) -> dict[Quantity, Array]:
-        """Return one, at the first of the instants."""
         first = np.zeros(step.read(quantities.PEAK).shape)
         first[0] = 1.0
         return {quantities.PEAK: first}
 
     def hessian(self, step: Period) -> dict[Pair, Array]:
-        """Return nothing."""
         del step
         return {}
 
@@ -565,7 +551,6 @@ class TorqueRate(Cost):
         check_weights(self.weights)
 
     def function(self, context: CostContext) -> CostFunction:
-        """Return the sum over the intervals of the grid."""
         nodes = np.arange(context.grid.nodes) if context.nodes is None else context.nodes
         lengths = np.diff(context.grid.instants[nodes])
         whole = np.flatnonzero(lengths > _SAME_INSTANT)
@@ -573,7 +558,6 @@ class TorqueRate(Cost):
         return _RateSum(np.stack([nodes[whole], nodes[whole + 1]], axis=1), weights, context.way)
 
     def typical(self, context: CostContext) -> float:
-        """Return the cost of torques that turn round once in a typical step."""
         torque = typical_entries(quantities.TORQUE, context.robot)
         weights = joint_weights(context.robot, self.weights)
         return float(_TYPICAL_TURN**2 * weights @ torque**2) / context.pace
@@ -598,11 +582,9 @@ class _RateSum(CostFunction):
     way: int
 
     def value(self, step: Period) -> float:
-        """Return the cost."""
         return self._factors(step)[0] * self._sum(step)
 
     def gradient(self, step: Period) -> dict[Quantity, Array]:
-        """Return the derivatives in the torques and in (d, T)."""
         factor, of_factor, _ = self._factors(step)
         total = self._sum(step)
         return {
@@ -624,7 +606,6 @@ class _RateSum(CostFunction):
         }
 
     def neighbours(self, step: Period) -> Neighbours:
-        """Return the second derivatives between the ends of the intervals."""
         return {quantities.TORQUE: (self.rows, -2.0 * self._factors(step)[0] * self.weights)}
 
     def _changes(self, step: Period) -> Array:
@@ -766,7 +747,6 @@ class WeightedSum(Cost):
 
     @property
     def name(self) -> str:
-        """The names of its terms."""
         return " + ".join(f"{weight:g} {cost.name}" for cost, weight in self.terms)
 
     @property
@@ -777,12 +757,10 @@ class WeightedSum(Cost):
 
     @property
     def words(self) -> str:
-        """The words of its terms."""
         return " + ".join(f"{weight:g} * {cost.words}" for cost, weight in self.terms)
 
     @property
     def reads(self) -> tuple[Quantity, ...]:
-        """What its terms read."""
         return tuple(dict.fromkeys(one for cost, _ in self.terms for one in cost.reads))
 
     @property
@@ -793,19 +771,15 @@ class WeightedSum(Cost):
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """Those of its terms."""
         return tuple(one for cost, _ in self.terms for one in cost.constraints)
 
     def function(self, context: CostContext) -> CostFunction:
-        """Return the sum."""
         return _Sum(tuple((cost.function(context), weight) for cost, weight in self.terms))
 
     def typical(self, context: CostContext) -> float:
-        """Return the sum of what is typical."""
         return sum(weight * cost.typical(context) for cost, weight in self.terms)
 
     def check(self, context: CostContext) -> None:
-        """Check each of its terms."""
         for cost, _ in self.terms:
             cost.check(context)
 
@@ -880,16 +854,13 @@ class SpeedPenalty(CostFunction):
     speed: float
 
     def value(self, step: Period) -> float:
-        """Return the squared gap."""
         return (self.speed * step.duration - step.step_length) ** 2
 
     def gradient(self, step: Period) -> dict[Quantity, Array]:
-        """Return its derivative in (d, T)."""
         gap = 2.0 * (self.speed * step.duration - step.step_length)
         return {TRAVEL: np.array([[-gap, self.speed * gap]])}
 
     def hessian(self, step: Period) -> dict[Pair, Array]:
-        """Return its second derivative in (d, T)."""
         del step
         away = np.array([-1.0, self.speed])
         return {(TRAVEL, TRAVEL): 2.0 * np.outer(away, away)[None]}
@@ -909,7 +880,6 @@ class _Integral(CostFunction):
     way: int
 
     def value(self, step: Period) -> float:
-        """Return the integral over |d|, or over T."""
         d, T = self._travel(step)
         return T / d * self._sum(self._entries(step))
 
@@ -924,7 +894,6 @@ class _Integral(CostFunction):
         return found | {TRAVEL: np.array([[-self.way * T / d**2 * total, total / d]])}
 
     def hessian(self, step: Period) -> dict[Pair, Array]:
-        """Return the second derivatives in the quantities, in (d, T), and mixed."""
         (d, T), entries = self._travel(step), self._entries(step)
         found: dict[Pair, Array] = {}
         second = self.integrand.hessian(entries, (T / d * self.weights)[:, None])
@@ -975,11 +944,9 @@ class _Sum(CostFunction):
     terms: tuple[tuple[CostFunction, float], ...]
 
     def value(self, step: Period) -> float:
-        """Return the sum."""
         return sum(weight * term.value(step) for term, weight in self.terms)
 
     def gradient(self, step: Period) -> dict[Quantity, Array]:
-        """Return the sum of the gradients."""
         found: dict[Quantity, Array] = {}
         for term, weight in self.terms:
             for one, gradient in term.gradient(step).items():
@@ -987,7 +954,6 @@ class _Sum(CostFunction):
         return found
 
     def hessian(self, step: Period) -> dict[Pair, Array]:
-        """Return the sum of the second derivatives."""
         found: dict[Pair, Array] = {}
         for term, weight in self.terms:
             for pair, hessian in term.hessian(step).items():
@@ -998,7 +964,6 @@ class _Sum(CostFunction):
         return found
 
     def neighbours(self, step: Period) -> Neighbours:
-        """Return all pairs of rows, one term's after the other's."""
         found: Neighbours = {}
         for term, weight in self.terms:
             for one, (pairs, bent) in term.neighbours(step).items():

@@ -393,7 +393,6 @@ class InverseKinematicsSupport(DoubleSupport):
         return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
-        """Return the derivatives of a posture."""
         axes = self.kinematics.axes(posture.q_start)
         jacobian = closure_jacobian(axes, *posture.twists)
         gaps = np.zeros((0, 6, self.count))
@@ -474,7 +473,6 @@ class JointAngleSupport(DoubleSupport):
         return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives, loops)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
-        """Return the derivatives of a posture."""
         axes = self.kinematics.axes(posture.q_start)
         chains = self._loop_axes(posture, axes)
         gaps = [
@@ -495,7 +493,6 @@ class JointAngleSupport(DoubleSupport):
         leg_weights: Array,
         gap_weights: Array,
     ) -> Array:
-        """Return the Hessian of sum(leg_weights * legs) + sum(gap_weights * gaps), (B, B)."""
         del q_weights  # q_start is linear in the coordinates
         n = len(posture.q_start)
         H = np.zeros((n + self.count, n + self.count))

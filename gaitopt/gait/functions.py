@@ -48,13 +48,11 @@ class Linear(QuantityFunction):
     matrix: Array
 
     def value(self, quantity: Array) -> Array:
-        """Return matrix @ quantity."""
         if self.matrix.ndim == 3:
             return np.asarray((self.matrix @ quantity[:, :, None])[:, :, 0])
         return quantity @ self.matrix.T
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the matrix."""
         del quantity
         return self.matrix
 
@@ -78,11 +76,9 @@ class Followers(QuantityFunction):
     factor: Array
 
     def value(self, quantity: Array) -> Array:
-        """Return factor * angles, shape (K, r)."""
         return np.asarray(self.factor * self.coupling.angles(quantity)[:, self.chosen])
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivative, shape (r, m), or (K, r, m) where ties bend."""
         matrix = self.coupling.at(quantity).matrix[..., self.chosen, :]
         return np.asarray(self.factor[:, None] * matrix)
 
@@ -111,16 +107,13 @@ class Entries(QuantityFunction):
     factor: float | Array = 1.0
 
     def value(self, quantity: Array) -> Array:
-        """Return factor * entries."""
         return np.asarray(quantity[:, self.chosen] * self.factor)
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the constant derivative, shape (r, e)."""
         del quantity
         return np.asarray(np.eye(self.count)[self.chosen] * np.reshape(self.factor, (-1, 1)))
 
     def chained(self, quantity: Array, jacobian: Array) -> Array:
-        """Return factor * chosen rows of the Jacobian."""
         del quantity
         chosen = jacobian[:, self.chosen]
         if isinstance(self.factor, float) and self.factor == 1.0:
@@ -128,7 +121,6 @@ class Entries(QuantityFunction):
         return np.asarray(chosen * np.reshape(self.factor, (-1, 1)))
 
     def vjp(self, quantity: Array, weights: Array) -> Array:
-        """Return factor * weights in the places of the entries."""
         gradient = np.zeros(quantity.shape)
         gradient[:, self.chosen] = weights * self.factor
         return gradient
@@ -151,11 +143,9 @@ class ByStep(QuantityFunction):
     ends: tuple[int, ...]
 
     def value(self, quantity: Array) -> Array:
-        """Return the rows of all steps."""
         return np.concatenate([f.value(q) for f, q in self._parts(quantity)])
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return their derivatives, shape (K, r, e)."""
         found = []
         for function, part in self._parts(quantity):
             one = function.jacobian(part)
@@ -163,12 +153,10 @@ class ByStep(QuantityFunction):
         return np.concatenate(found)
 
     def chained(self, quantity: Array, jacobian: Array) -> Array:
-        """Return the derivatives in x."""
         parts = zip(self._parts(quantity), self._cut(jacobian), strict=True)
         return np.concatenate([f.chained(q, slopes) for (f, q), slopes in parts])
 
     def vjp(self, quantity: Array, weights: Array) -> Array:
-        """Return the gradient of weights . rows."""
         parts = zip(self._parts(quantity), self._cut(weights), strict=True)
         return np.concatenate([f.vjp(q, w) for (f, q), w in parts])
 
@@ -206,17 +194,14 @@ class StrideSpeed(QuantityFunction):
     turn_rate: float
 
     def value(self, quantity: Array) -> Array:
-        """Return the rows of the entries of `ADVANCE`, (forward, left, T, ...), shape (K, 2)."""
         return np.asarray(self._seconds(quantity[:, 2])[0] * self._way - quantity[:, :2])
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivatives, shape (K, 2, e)."""
         found = np.tile(-np.eye(2, quantity.shape[1]), (len(quantity), 1, 1))
         found[:, :, 2] = self._seconds(quantity[:, 2])[1] * self._way
         return found
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the second derivatives, shape (K, e, e)."""
         found = np.zeros((len(quantity), quantity.shape[1], quantity.shape[1]))
         found[:, 2, 2] = self._seconds(quantity[:, 2])[2][:, 0] * (weights @ self._way)
         return found
@@ -249,18 +234,15 @@ class FrictionCone(QuantityFunction):
     smoothing: float
 
     def value(self, quantity: Array) -> Array:
-        """Return the margin to the cone, shape (K, 1)."""
         return self.friction * quantity[:, 2:3] - self._tangential(quantity)[:, None]
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivative, shape (K, 1, e)."""
         jacobian = np.zeros((quantity.shape[0], 1, quantity.shape[1]))
         jacobian[:, 0, :2] = -quantity[:, :2] / self._tangential(quantity)[:, None]
         jacobian[:, 0, 2] = self.friction
         return jacobian
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the Hessian, shape (K, e, e)."""
         length = self._tangential(quantity)[:, None, None]
         f = quantity[:, :2]
         hessian = np.zeros((*quantity.shape, quantity.shape[1]))
@@ -288,14 +270,12 @@ class Torsion(QuantityFunction):
     least: float
 
     def value(self, quantity: Array) -> Array:
-        """Return the margins to both sides, shape (K, 2)."""
         f, m = quantity[:, :3], quantity[:, 3:]
         lever = (m[:, :2] * f[:, :2]).sum(axis=1)
         moment, limit = m[:, 2] + lever * self._inverse(f)[0], self.coefficient * f[:, 2]
         return np.stack([limit - moment, limit + moment], axis=1)
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivative, shape (K, 2, 6)."""
         f, m = quantity[:, :3], quantity[:, 3:]
         g, dg, _ = self._inverse(f)
         moment = np.zeros(quantity.shape)
@@ -305,7 +285,6 @@ class Torsion(QuantityFunction):
         return np.stack([limit - moment, limit + moment], axis=1)
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the Hessian, shape (K, 6, 6)."""
         f, m = quantity[:, :3], quantity[:, 3:]
         g, dg, ddg = self._inverse(f)
         upper = np.zeros((len(quantity), 6, 6))
@@ -327,15 +306,12 @@ class Length(QuantityFunction):
     """Euclidean length of a vector, Eq. (31)."""
 
     def value(self, quantity: Array) -> Array:
-        """Return the lengths, shape (K, 1)."""
         return np.asarray(np.linalg.norm(quantity, axis=1)[:, None])
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the unit vectors, shape (K, 1, 3)."""
         return (quantity / self.value(quantity))[:, None, :]
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return weights (I - u u') / length, shape (K, 3, 3)."""
         length = self.value(quantity)[:, :, None]
         u = self.jacobian(quantity)
         return weights[:, :1, None] * (np.eye(3) - u.swapaxes(1, 2) * u) / length
@@ -352,19 +328,15 @@ class SquaredNorm(QuantityFunction):
     weights: Array
 
     def value(self, quantity: Array) -> Array:
-        """Return the sums, shape (K, 1)."""
         return np.asarray(((quantity**2) @ self.weights)[:, None])
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return 2 w v, shape (K, 1, e)."""
         return (2.0 * self.weights * quantity)[:, None]
 
     def vjp(self, quantity: Array, weights: Array) -> Array:
-        """Return weights * 2 w v, shape (K, e)."""
         return np.asarray(weights * (2.0 * self.weights * quantity))
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return 2 w on the diagonal, shape (K, e, e)."""
         del quantity
         return weights[:, :1, None] * np.diag(2.0 * self.weights)
 
@@ -385,11 +357,9 @@ class ComplexStep(QuantityFunction):
     function: Callable[[Array], Array]
 
     def value(self, quantity: Array) -> Array:
-        """Return the rows, shape (K, r)."""
         return np.asarray(self.function(quantity), dtype=np.float64)
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivative, shape (K, r, e), exact to rounding."""
         columns = []
         for entry in range(quantity.shape[1]):
             moved = quantity.astype(np.complex128)
@@ -398,7 +368,6 @@ class ComplexStep(QuantityFunction):
         return np.stack(columns, axis=2)
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the Hessian, shape (K, e, e), to about 1e-9 of its size."""
         size = _RELATIVE * np.maximum(1.0, np.abs(quantity))
         columns = []
         for entry in range(quantity.shape[1]):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
-from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.mode import FlatFoot
 from gaitopt.contact.schedule import LegExchange, PhaseEnd
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.recorded import LARGEST

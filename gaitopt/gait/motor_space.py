@@ -171,7 +171,6 @@ class MotorLimits(QuantityFunction):
     limits: tuple[Array, ...]
 
     def value(self, quantity: Array) -> Array:
-        """Return the shares, shape (K, r)."""
         parts = np.split(quantity, _ENTRIES, axis=1)
         found = []
         for group, kept, limits in zip(self.groups, self.kept, self.limits, strict=True):
@@ -180,7 +179,6 @@ class MotorLimits(QuantityFunction):
         return np.concatenate(found, axis=1)
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivative, shape (K, r, 3 n)."""
         found = []
         for group, kept, limits in zip(self.groups, self.kept, self.limits, strict=True):
             local = _Local(group, np.split(quantity, _ENTRIES, axis=1)).first[:, kept]
@@ -190,7 +188,6 @@ class MotorLimits(QuantityFunction):
         return np.concatenate(found, axis=1)
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the Hessian, shape (K, 3 n, 3 n)."""
         found = np.zeros((len(quantity), _ENTRIES * self.count, _ENTRIES * self.count))
         begin = 0
         for group, kept, limits in zip(self.groups, self.kept, self.limits, strict=True):
@@ -265,7 +262,6 @@ class LoopMotors(Constraint):
     reads = (quantities.TORQUE, quantities.RATES, quantities.ANGLES)
 
     def asked(self, context: ConstraintContext) -> bool:
-        """Return whether the robot's file has such loops."""
         return bool(context.robot.linkages)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
@@ -312,7 +308,6 @@ class MotorSpace(LoopMotors):
         object.__setattr__(self, "linkages", linkages_from_rows(self.linkages))
 
     def asked(self, context: ConstraintContext) -> bool:
-        """Return whether there are linkages."""
         del context
         return bool(self.linkages)
 

@@ -244,12 +244,10 @@ class WalkProblem(NLP):
         return self._last_derivatives
 
     def values(self, x: Array) -> Values:
-        """Return cost and scaled rows at x."""
         step = self.whole(x)
         return Values(step.x, self.cost.value(step), self._row_values(step))
 
     def point(self, x: Array) -> Point:
-        """Return cost, scaled rows and their exact derivatives at x (the last ones are kept)."""
         found = self._derivatives(x)
         step, jacobians = found.whole, found.jacobians
         if self._last_point is not None and self._last_point.x is step.x:
@@ -280,7 +278,6 @@ class WalkProblem(NLP):
         return weights.first
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
-        """Return the exact Hessian of cost_weight * cost + multipliers . rows."""
         found = self._derivatives(x)
         step = found.whole
         weights = StepWeights.zero(step)
@@ -338,7 +335,6 @@ class WalkProblem(NLP):
         return cycle_hessian(self.models, steps, derivatives, weights, self.given is None)
 
     def describe(self, row: int) -> str:
-        """Name a row: "right_knee torque at 80.0 % of the step"."""
         at = self.address(row)
         return at.block.describe(at.instant, at.entry)
 

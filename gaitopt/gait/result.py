@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.bounds import INSTANTS, at_most
-from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.mode import FlatFoot
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second

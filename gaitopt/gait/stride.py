@@ -184,12 +184,10 @@ class StrideLayout(StepsLayout):
 
     @property
     def size(self) -> int:
-        """Length of x."""
         return sum(len(own) for own in self.own) + len(self.shared)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Name of every entry of x."""
         first, second = (
             [layout.names[k] for k in own] for layout, own in zip(self.steps, self.own, strict=True)
         )
@@ -197,7 +195,6 @@ class StrideLayout(StepsLayout):
 
     @property
     def of_joints(self) -> list[int]:
-        """Entries of x that are angles or rates of joints."""
         found, begin = [], 0
         for layout, own in zip(self.steps, self.own, strict=True):
             found += [begin + k for k in np.flatnonzero(np.isin(own, layout.of_joints)).tolist()]
@@ -205,7 +202,6 @@ class StrideLayout(StepsLayout):
         return found
 
     def index(self, name: str) -> int | None:
-        """Return where a geometric quantity stands in x, of the first step, or None if fixed."""
         row = GEOMETRY_NAMES.index(name)
         if row in SHARED:
             return self._shared_index(name)
@@ -214,7 +210,6 @@ class StrideLayout(StepsLayout):
         return self.names.index(name)
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return lower and upper bounds of x, shape (P,) each."""
         table = [layout.bounds() for layout in self.steps]
         ends = np.array([self._of_shared(name) for name in self.shared]).reshape(-1, 3)
         lower, upper = (
@@ -226,7 +221,6 @@ class StrideLayout(StepsLayout):
         return lower, upper
 
     def scale(self) -> Array:
-        """Return the size of a sensible step of each entry of x, shape (P,)."""
         parts = [layout.scale()[own] for layout, own in zip(self.steps, self.own, strict=True)]
         return np.concatenate([*parts, [self._of_shared(name)[2] for name in self.shared]])
 
@@ -240,7 +234,6 @@ class StrideLayout(StepsLayout):
         return quantity.lower, quantity.upper, quantity.scale
 
     def pack(self, parts: Sequence[Array]) -> Array:
-        """Return x from the parameters of both steps (p,), in which what they share agrees."""
         first, second = (z[own] for z, own in zip(parts, self.own, strict=True))
         names = [layout.names for layout in self.steps]
         means = [
@@ -378,7 +371,6 @@ class Stride(Steps):
 
     @property
     def duration(self) -> float:
-        """Duration of the stride [s]."""
         return 2.0 * self.steps[0].duration
 
     @property

@@ -136,7 +136,6 @@ class Level(Terrain):
     name = "level"
 
     def words(self, step: float) -> str:
-        """Return nothing: it is what nobody mentions."""
         del step
         return ""
 
@@ -156,14 +155,12 @@ class Slope(Terrain):
 
     @property
     def down(self) -> tuple[float, float, float]:
-        """Direction of gravity, of unit length."""
         if self.across == 0.0:
             return -math.sin(self.angle), 0.0, -math.cos(self.angle)
         x, y = math.sin(self.angle), math.sin(self.across)
         return -x, -y, -math.sqrt(1.0 - x * x - y * y)
 
     def words(self, step: float) -> str:
-        """Return the way and how steep it is."""
         del step
         ways = (
             ("uphill" if self.angle > 0.0 else "downhill", self.angle),
@@ -190,16 +187,13 @@ class Stairs(Terrain):
 
     @property
     def rise(self) -> float:
-        """Height of the next tread [m]."""
         return self.height
 
     def words(self, step: float) -> str:
-        """Return the way, height and depth of the treads."""
         way = "upstairs" if self.height > 0.0 else "downstairs"
         return f"{way}, {1e3 * abs(self.height):.4g} mm for {1e3 * step:.4g} mm"
 
     def easier(self) -> tuple[Terrain, ...]:
-        """Return the level, then stairs that rise by `RISE_STEP` more at the most."""
         count = int(np.ceil(abs(self.height) / RISE_STEP))
         shares = (float(share) for share in np.arange(1, count) / count)
         return (Level(), *(Stairs(share * self.height) for share in shares))
@@ -250,7 +244,6 @@ class Treads(Profile):
         return self.begin + (self.length if self.rise > 0.0 else 0.0)
 
     def height(self, x: Array) -> tuple[Array, Array, Array]:
-        """Return the height at x and its first and second derivatives, each of the shape of x."""
         total, first, second = (
             np.full(x.shape, -2.0 * self.rise),
             np.zeros(x.shape),
@@ -264,7 +257,6 @@ class Treads(Profile):
         return total, first, second
 
     def outline(self, step: float) -> Array:
-        """Return the two ends of a tread with its sharp edges."""
         return np.array([[self.edge - step, 0.0], [self.edge, 0.0]])
 
 
@@ -336,12 +328,10 @@ class AboveProfile(QuantityFunction):
         return cls(profile, sole_points(_SPACING * profile.length, sole))
 
     def value(self, quantity: Array) -> Array:
-        """Return the heights [m], shape (K, p)."""
         x, z = self._placed(quantity)
         return np.asarray(z - self.profile.height(x)[0])
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivative, shape (K, p, 12)."""
         x, _ = self._placed(quantity)
         jacobian = np.zeros((*x.shape, _CORNERS, 3))
         jacobian[..., 0] = -self.profile.height(x)[1][..., None] * self.points
@@ -349,7 +339,6 @@ class AboveProfile(QuantityFunction):
         return jacobian.reshape(*x.shape, -1)
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the Hessian, shape (K, 12, 12)."""
         x, _ = self._placed(quantity)
         bent = -weights * self.profile.height(x)[2]
         hessian = np.zeros((len(x), _CORNERS, 3, _CORNERS, 3))

@@ -509,16 +509,13 @@ class StepSequence(Trajectory):
 
     @property
     def step_duration(self) -> float:
-        """Mean duration of a step [s]."""
         return self.period / len(self.phases)
 
     @property
     def changes(self) -> Array:
-        """Times at which a phase ends [s], shape (k,)."""
         return self._ends
 
     def advance(self, step: int) -> pin.SE3:
-        """Return the placement in the world of the sole that stands in a step, from step 0."""
         return self._places[step]
 
     def at(self, times: ArrayLike, before: bool | ArrayLike = False) -> TrajectorySamples:
@@ -543,7 +540,6 @@ class StepSequence(Trajectory):
         return self._evaluated(t, step.astype(np.int64), np.zeros(len(t), dtype=np.int64), local)
 
     def share(self, samples: TrajectorySamples) -> Array:
-        """Return the share of its step that is over at each sample, from 0 to 1, shape (N,)."""
         durations = np.diff([0.0, *self._ends])[samples.step]
         return np.asarray((samples.time - self._starts[samples.step]) / durations)
 

@@ -206,17 +206,14 @@ class TransitionLayout(StepsLayout):
 
     @property
     def largest(self) -> slice:
-        """No largest torque is in x."""
         return slice(self.size, self.size)
 
     @property
     def size(self) -> int:
-        """Length of x."""
         return int(self.shift.stop)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Name of every entry of x."""
         names = [
             f"step_{number + 1}_{layout.names[k]}"
             for number, (layout, own) in enumerate(zip(self.steps, self.own, strict=True))
@@ -226,7 +223,6 @@ class TransitionLayout(StepsLayout):
 
     @property
     def of_joints(self) -> list[int]:
-        """Entries of x that are angles or rates of joints."""
         found = [
             begin + k
             for begin, layout, own in zip(self._begins, self.steps, self.own, strict=False)
@@ -236,12 +232,10 @@ class TransitionLayout(StepsLayout):
         return [*found, *range(self.shift.start, self.shift.stop)[:TWIST]]
 
     def index(self, name: str) -> int | None:
-        """Return where a geometric quantity first stands in x, or None if it never does."""
         found = [k for k, one in enumerate(self.names) if one.endswith(f"_{name}")]
         return found[0] if found else None
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return lower and upper bounds of x."""
         both = [layout.bounds() for layout in self.steps]
         free = np.full(self.shift.stop - self.shift.start, np.inf)
         lower, upper = (
@@ -253,12 +247,10 @@ class TransitionLayout(StepsLayout):
         return lower, upper
 
     def scale(self) -> Array:
-        """Return the size of a sensible step of each entry of x."""
         steps = [layout.scale() for layout in self.steps]
         return self.pack(steps, shift_scale() if self.shifts else None)
 
     def pack(self, parts: Sequence[Array], shift: Array | None = None) -> Array:
-        """Return x from the parameters of steps (p,) and of a shift (18,), less what is given."""
         steps = [z[own] for z, own in zip(parts, self.own, strict=True)]
         return np.concatenate([*steps, np.zeros(0) if shift is None else shift])
 
@@ -291,7 +283,6 @@ class TransitionSteps(Steps):
 
     @property
     def duration(self) -> float:
-        """Duration of all steps [s]."""
         return sum(step.duration for step in self.steps)
 
     @property
@@ -343,26 +334,21 @@ class TransitionProblem(WalkProblem):
 
     @cached_property
     def breaks(self) -> Array:
-        """Shares of the transition between which every quantity is smooth, shape (k,)."""
         each = zip(self.edges, np.diff(self.edges), self.models, strict=False)
         found = [begin + length * one.knots for begin, length, one in each]
         return np.unique(np.concatenate([knots[:-1] for knots in found] + [[1.0]]))
 
     @property
     def changes(self) -> Array:
-        """Shares of the transition at which the contacts change, shape (k,)."""
         return self.transition.changes
 
     def with_grid(self, grid: Grid) -> TransitionProblem:
-        """Return the same transition looked at on another grid."""
         return TransitionProblem(self.robot, self.transition, grid)
 
     def with_task(self, task: Task) -> TransitionProblem:
-        """Return the transition of a task with other limits, on the same grid."""
         return TransitionProblem(self.robot, replace(self.transition, task=task), self.grid)
 
     def starts(self, x: Array) -> tuple[Step, ...]:
-        """Return the steps at x, and what begins in the state in which the last one ends."""
         steps, finish = self.steps(x), self.transition.finish
         still = np.zeros(finish.q.size)
         motion = np.stack([finish.q, finish.rate, still])[:, None]  # accelerations are not given
@@ -485,7 +471,6 @@ class TransitionContext(ConstraintContext):
 
     @property
     def swinging(self) -> NDArray[np.bool_]:
-        """At which instants one foot swings, shape (N,)."""
         return self.swings
 
 

@@ -49,35 +49,28 @@ class MjcfSource(Source):
 
     @cached_property
     def physics(self) -> Physics:
-        """Passive joints, gravity and its compensation."""
         return build_physics(self.compiled)
 
     @property
     def drawn_posture(self) -> Mapping[str, float]:
-        """Joint coordinates at their `ref`, where that is not 0 [rad or m]."""
         return self.compiled.drawn_posture
 
     @cached_property
     def ties(self) -> Mapping[str, Tie]:
-        """Joints that an equality ties to others."""
         return resolved(self.compiled.followers)[0]
 
     @property
     def loops(self) -> tuple[LoopFrames, ...]:
-        """Loops that <connect> and <weld> close."""
         return loop_frames(self.compiled)
 
     @property
     def loop_motors(self) -> tuple[str, ...]:
-        """Joints in these loops that actuators turn."""
         return self.compiled.motors
 
     def mesh_problems(self) -> list[MeshProblem]:
-        """Return the meshes that are missing, empty or were not fetched."""
         return missing_meshes(self.compiled, self._paths)
 
     def findings(self) -> tuple[Finding, ...]:
-        """Return the notes."""
         return self.notes
 
     def _build(self) -> pin.Model:

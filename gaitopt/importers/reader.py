@@ -46,22 +46,18 @@ class UrdfSource(Source):
 
     @cached_property
     def physics(self) -> Physics:
-        """Damping and friction of the joints."""
         return Physics(passive_joints(self._description))
 
     @cached_property
     def ties(self) -> Mapping[str, Tie]:
-        """Joints that mimic others."""
         return read_ties(self._description)[0]
 
     def mesh_problems(self) -> list[MeshProblem]:
-        """Return the meshes that are missing, empty, were not fetched, or could not be read."""
         found = mesh_problems(self._read_shapes.shapes, self._paths)
         known = {(problem.link, problem.file) for problem in found}
         return found + [p for place, p in self._broken.items() if place not in known]
 
     def findings(self) -> tuple[Finding, ...]:
-        """Return what is told of rotors, soft limits, and inertias beyond a link's extent."""
         return urdf_findings(self._description, self._rotors, self._diagonals)
 
     def _build(self) -> pin.Model:

@@ -67,7 +67,7 @@ def format_named(name: str, *others: str) -> MotionFormat:
 
 
 def tracker_arrays(motion: Motion) -> dict[str, Array]:
-    """Return the arrays of a motion npz."""
+    """Return the arrays of a motion npz; their shapes are in `docs/motions.md`."""
     samples, bodies = motion.samples, motion.body_motion
     single = {
         "joint_pos": samples.q,
@@ -91,7 +91,7 @@ def tracker_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def mujoco_arrays(motion: Motion) -> dict[str, Array]:
-    """Return positions, velocities, accelerations and torques as MuJoCo has them."""
+    """Return positions, velocities and torques as MuJoCo has them; shapes: `docs/motions.md`."""
     samples = motion.samples
     rate, change = motion.base_velocity[:, :3], motion.base_acceleration[:, :3]
     quaternion = samples.base_quaternion[:, SCALAR_FIRST]
@@ -109,7 +109,7 @@ def mujoco_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def pinocchio_arrays(motion: Motion) -> dict[str, Array]:
-    """Return configurations, their derivatives and torques as Pinocchio has them."""
+    """Return configurations and torques as Pinocchio has them; shapes: `docs/motions.md`."""
     samples = motion.samples
     return {
         "time": samples.time,

@@ -15,10 +15,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
-from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
 from gaitopt.contact.schedule import BOTH_FEET
-from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import Ground, ground_of
 from gaitopt.gait.result import Gait

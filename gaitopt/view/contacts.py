@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
 from gaitopt.contact.schedule import BOTH_FEET
-from gaitopt.contact.toe_line import ToeLine
 from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.gait.transition import Transition
 

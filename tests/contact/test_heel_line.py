@@ -7,8 +7,7 @@ import pinocchio as pin
 import pytest
 from numerics import check_differences, jacobian_difference, relative_error, steps
 
-from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.mode import FlatFoot, HeelLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
 from gaitopt.design.certificate import fine_grid
 from gaitopt.design.referee import ask_referee

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
 from gaitopt.contact.schedule import AFTER, LegExchange, Phase, PhaseEnd, Schedule
-from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.grid import phase_grid, uniform_grid
 from gaitopt.gait.task import Task

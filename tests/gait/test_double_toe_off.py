@@ -16,9 +16,8 @@ from walk_checks import (
 )
 from walks import walk
 
-from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.mode import FlatFoot, ToeLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
-from gaitopt.contact.toe_line import ToeLine
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions

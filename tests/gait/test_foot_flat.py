@@ -8,7 +8,7 @@ import pytest
 from numerics import check_jacobian, relative_error
 from tied_bipeds import tied
 
-from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.mode import HeelLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
