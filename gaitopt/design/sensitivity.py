@@ -210,7 +210,7 @@ class Envelope:
 
         All of the rotor inertia that joints with a motor have is taken for that of its rotor.
         """
-        robot, motors = self.problem.robot, motors_of(self.problem.task)
+        robot, motors = self.problem.robot, task_motors(self.problem.task)
         rotors = np.array(robot.model.armature)[-robot.tree.size :][robot.coupling.free]
         of_joints = joint_motors(motors, robot.joint_names, robot.mirror) if motors else []
         return {
@@ -295,7 +295,7 @@ def _with_motor(task: Task, old: JointMotor, new: JointMotor) -> Task:
     )
 
 
-def motors_of(task: Task) -> tuple[JointMotor, ...]:
+def task_motors(task: Task) -> tuple[JointMotor, ...]:
     """Return the motors that a task's constraints and cost know."""
     owners = (*task.constraints, task.cost)
     return tuple(dict.fromkeys(one for owner in owners for one in getattr(owner, "motors", ())))

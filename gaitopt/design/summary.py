@@ -23,6 +23,7 @@ from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
+from gaitopt.model.sole import centre_of_pressure
 from gaitopt.nlp import Array
 from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
@@ -377,11 +378,6 @@ def _named(row: Mapping[str, Any]) -> str:
     when = "" if row["time"] is None else f" at {row['time']:.4f} s"
     value, limit = rounded(row["value"]), rounded(row["limit"])
     return f"{printable(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
-
-
-def centre_of_pressure(wrench: Array) -> Array:
-    """Return where wrenches (K, 6) press on the sole, Eqs. (37)-(38) [m], shape (K, 2)."""
-    return np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
 
 
 def _friction(force: Array) -> float | None:

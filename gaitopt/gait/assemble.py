@@ -25,6 +25,7 @@ from gaitopt.model.arm_capsules import arm_capsule_rows
 from gaitopt.model.import_options import ImportOptions, choices_record, matching
 from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import centre_of_pressure
 from gaitopt.nlp import Array
 
 GRAVITY_KEY = "gravity_m_per_s2"  # of the record of a robot's physics
@@ -96,7 +97,7 @@ def step_arrays(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any
         "ddq": step.motion[2, nodes],
         "torque": step.read(quantities.TORQUE)[nodes],
         "ground_wrench": wrench,
-        "cop": np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3],
+        "cop": centre_of_pressure(wrench),
         "swing_sole": step.support.corners[nodes],
         **_splines(model, step),
         "impulse": step.impulse,

@@ -59,7 +59,7 @@ LEAST_FORCE = 1.0  # N, where the centre of pressure is given up
 LEAST_IMPULSE = 1e-3  # N.s, the same
 
 EDGES = ("front", "rear", "left", "right")
-CORNERS = ("toe left", "toe right", "heel left", "heel right")
+CORNER_NAMES = ("toe left", "toe right", "heel left", "heel right")
 _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
 LANDING_SCALE = 1e-3  # m: rows that vanish at the end, as fine as what they are there
 _STEEPER = 1.001  # refinement leaves their slope at the end short by less than a thousandth
@@ -93,14 +93,14 @@ def _above_ground(context: ConstraintContext) -> tuple[QuantityFunction, tuple[s
     sole, step = context.robot.sole, context.speed * context.duration
     profile = context.terrain.profile(sole, step, context.margins.nosing)
     if profile is None:
-        return _corner_entries(2), CORNERS
+        return _corner_entries(2), CORNER_NAMES
     above = AboveProfile.of_sole(profile, sole)
     between = tuple(
         f"{side} edge, {k + 1} of {len(above.points) // 2 - 2} from the toe,"
         for k in range(len(above.points) // 2 - 2)
         for side in ("left", "right")
     )
-    return above, (*CORNERS, *between)
+    return above, (*CORNER_NAMES, *between)
 
 
 _BETWEEN_CORNERS = 1e-3
@@ -518,7 +518,9 @@ class LiftOff(_OfImpact):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         resting = context.schedule.last.contact.resting()
         speeds = Linear(sole_edge_speeds(context.robot.sole.corners[resting]))
-        labels = tuple(f"rear foot {CORNERS[c]} lift-off speed" for c in np.flatnonzero(resting))
+        labels = tuple(
+            f"rear foot {CORNER_NAMES[c]} lift-off speed" for c in np.flatnonzero(resting)
+        )
         return self.once(speeds, labels, lower=context.margins.liftoff_speed)
 
 
@@ -539,7 +541,7 @@ class _LeastHeight(Constraint):
         labels = tuple(f"swing foot {point} {self.label}" for point in points)
         least = np.where(aloft, self._least(context, s), UNLIMITED_HEIGHT)
         lower = np.repeat(least[:, None], len(points), axis=1)
-        lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
+        lower[:, len(CORNER_NAMES) :] -= _BETWEEN_CORNERS
         return self.over_step(
             context, function, labels, lower=lower, scale=self.scale, instants=inside
         )
@@ -572,7 +574,7 @@ class Lateral(Constraint):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         side, sole = context.robot.legs.side, context.robot.sole
         edge = sole.left if side > 0 else -sole.right
-        labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
+        labels = tuple(f"swing foot {c} sideways" for c in CORNER_NAMES)
         return self.over_step(
             context, _corner_entries(1, side), labels,
             lower=edge + context.margins.lateral_gap, scale=LENGTH_SCALE,

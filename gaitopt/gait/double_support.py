@@ -435,17 +435,15 @@ def _loop_drive(count: int, tangent: Tangent, displacements: Array) -> Array:
 class JointAngleSupport(DoubleSupport):
     """q_start is a parameter; the gaps of both loops must vanish; B = n + G."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        hinge: Hinge | None = None,
-        rise: float = 0.0,
-        landing: Hinge | None = None,
-    ) -> None:
-        super().__init__(robot, hinge, rise, landing)
-        tree = robot.tree
-        self._counts = tree.stance, tree.legs.stop  # joints from the stance foot to either target
-        self._affine_drives = self._drives_at(robot.coupling.at(np.zeros(len(robot.joint_names))))
+    @property
+    def _counts(self) -> tuple[int, int]:
+        """Joints from the stance foot to either target."""
+        return self.robot.tree.stance, self.robot.tree.legs.stop
+
+    @cached_property
+    def _affine_drives(self) -> tuple[Array, ...]:
+        robot = self.robot
+        return self._drives_at(robot.coupling.at(np.zeros(len(robot.joint_names))))
 
     def _drives_at(self, tangent: Tangent) -> tuple[Array, ...]:
         return tuple(

@@ -310,7 +310,7 @@ def gait_members(gait: Gait) -> Arrays:
     """
     trajectory = gait.trajectory
     at = trajectory.at(gait.time, before=_ends_phase(gait))
-    found = step_arrays(gait, at) | {"mirror": gait.mirror, "parameters": gait.parameters}
+    found = arrays_of_step(gait, at) | {"mirror": gait.mirror, "parameters": gait.parameters}
     found |= _of_phases(trajectory.phases)
     found |= _of_standing_impact(gait)
     found |= {name: getattr(gait, name) for name in (*TEXTS, *_NAMES)}
@@ -319,14 +319,14 @@ def gait_members(gait: Gait) -> Arrays:
         times = gait.duration + gait.second.time
         at = trajectory.at(times, before=_ends_phase(gait.second))
         phases = _of_phases(trajectory.second or ()) | _of_standing_impact(gait.second)
-        later = step_arrays(gait.second, at) | phases
+        later = arrays_of_step(gait.second, at) | phases
         found |= {f"{_SECOND}{name}": later[name] for name in (*OF_STEP, *phases)}
     for name in ("multipliers", "bound_multipliers"):
         values = getattr(gait, name)
         found[name] = np.zeros(0) if values is None else values
     found["ground_normal"] = np.array(GROUND_NORMAL)
-    found["schedule"] = json_text(_schedule(gait))
-    found["meta"] = json_text({**gait.meta, "format": FORMAT, WRITTEN_BY: __version__})
+    found["schedule"] = record_text(_schedule(gait))
+    found["meta"] = record_text({**gait.meta, "format": FORMAT, WRITTEN_BY: __version__})
     if not trajectory.body.bends:
         found.pop(BENT[0].name)
     if not len(trajectory.body.tied):
@@ -334,7 +334,7 @@ def gait_members(gait: Gait) -> Arrays:
     return typed(found, _of_format_2(found))
 
 
-def step_arrays(step: Gait, at: TrajectorySamples) -> dict[str, object]:
+def arrays_of_step(step: Gait, at: TrajectorySamples) -> dict[str, object]:
     """Return the arrays `OF_STEP` of a step, by name.
 
     Args:
@@ -418,7 +418,7 @@ def _schedule(gait: Gait) -> dict[str, object]:
     return {"phases": phases, "symmetry": _STRIDE}
 
 
-def json_text(record: Mapping[str, object]) -> str:
+def record_text(record: Mapping[str, object]) -> str:
     """Return a record as text, the same for equal records."""
     return json.dumps(record, sort_keys=True, ensure_ascii=False)
 

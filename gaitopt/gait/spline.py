@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -232,10 +233,11 @@ class SplineInX:
         return np.asarray(H + H.T + twice * np.outer(self.lasts, self.lasts))
 
 
-def bernstein(share: Array) -> Array:
-    """Return the cubic Bernstein polynomials at shares of an interval, shape (N, 4)."""
-    s, r = share[:, None], 1.0 - share[:, None]
-    return np.concatenate([r**3, 3.0 * r**2 * s, 3.0 * r * s**2, s**3], axis=1)
+def bernstein(share: Array, degree: int = 3) -> Array:
+    """Return the Bernstein polynomials at shares of an interval, shape (N, degree + 1)."""
+    k, s = np.arange(degree + 1), share[:, None]
+    ways = np.array([comb(degree, one) for one in range(degree + 1)])
+    return np.asarray(ways * s**k * (1.0 - s) ** (degree - k))
 
 
 def _knot_second_derivatives(knots: Array) -> Array:

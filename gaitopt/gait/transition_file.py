@@ -30,20 +30,20 @@ from gaitopt.gait.gait_file import (
     Member,
     altered,
     archive_bytes,
+    arrays_of_step,
     bad_file,
     check_members,
     gait_members,
     gait_of,
-    json_text,
     read_body,
     read_gait,
     read_json,
     read_members,
     read_meta,
     read_record,
+    record_text,
     refuse_altered,
     same_numbers,
-    step_arrays,
     typed,
 )
 from gaitopt.gait.result import Gait
@@ -147,7 +147,7 @@ def transition_members(transition: Transition) -> Arrays:
     begin = transition.begins + transition.shifts_for
     for number, step in enumerate(transition.steps):
         at = trajectory.at(begin + step.time, before=step.time > step.duration / 2.0)
-        found |= {f"step_{number + 1}_{n}": a for n, a in step_arrays(step, at).items()}
+        found |= {f"step_{number + 1}_{n}": a for n, a in arrays_of_step(step, at).items()}
         begin += step.duration
     for end, gait in zip(_ENDS, (transition.before, transition.after), strict=True):
         if gait is not None:
@@ -162,8 +162,8 @@ def transition_members(transition: Transition) -> Arrays:
     found |= {
         "parameters": transition.parameters,
         "parameter_names": transition.parameter_names,
-        "schedule": json_text(_schedule(transition)),
-        "meta": json_text({**transition.meta, "format": FORMAT, WRITTEN_BY: __version__}),
+        "schedule": record_text(_schedule(transition)),
+        "meta": record_text({**transition.meta, "format": FORMAT, WRITTEN_BY: __version__}),
     }
     return typed(found, members_of(found))
 

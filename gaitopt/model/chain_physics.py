@@ -16,7 +16,7 @@ from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.symmetry.leg_exchange import REFLECTION
 from gaitopt.nlp import Array
 
-LEVEL = math.radians(0.5)
+_LEVEL = math.radians(0.5)
 """Angle from the robot's down up to which gravity is taken to point there [rad]: files round
 orientations; at this angle a hundredth of the weight points along the ground."""
 
@@ -126,11 +126,11 @@ def fall(physics: Physics, rotation: Array) -> float:
     if not LEAST_GRAVITY <= size <= MOST_GRAVITY:
         raise RobotError(f"gravity of the file is ({told}) m/s²; {GRAVITY_WORDS}; {remedy}")
     angle = gravity_tilt(physics, rotation)
-    if angle > LEVEL:
+    if angle > _LEVEL:
         raise RobotError(
             f"gravity of the file, ({told}) m/s² along the root link's axes, points "
             f"{math.degrees(angle):.3g} degrees away from the robot's down; the walk is on level "
-            f"ground, allowed are {math.degrees(LEVEL):g}; {remedy}"
+            f"ground, allowed are {math.degrees(_LEVEL):g}; {remedy}"
         )
     return size
 

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import LOOPS, TIES, Physics, is_generated
+from gaitopt.importers.physics import LOOPS, TIES, LoopFrames, Physics, is_generated
 from gaitopt.importers.report import Finding, How, fault_error, faults_of
 from gaitopt.importers.source import Source
 from gaitopt.importers.ties import Tie, among
@@ -232,12 +232,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     """
     folder = Path() if source.path is None else source.path.parent
     whole, bodies, mended = override_bodies(source.model(), choices.inertias)
-    ties, problems = source.ties, without_mended(source.problems, mended)
-    if TIES in choices.without:
-        ties, problems = {}, tuple(p for p in problems if p.kind not in ("mimic", "tied"))
-    loops = () if LOOPS in choices.without else source.loops
-    if LOOPS in choices.without:
-        problems = tuple(p for p in problems if p.kind not in (LOOP, "held"))
+    ties, loops, problems = _counting(source, choices, without_mended(source.problems, mended))
     angles = {**source.drawn_posture, **reference_angles(choices, whole, folder)}
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
     if "armature" in choices.without:
@@ -250,12 +245,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     posed = replace(pose(model, stands, unlooped), rods=rods_on_balls(model, source.loops))
     pair = standing_legs(source, posed, choices)
     faults = _empty_ranges(model, pair.legs, problems)
-    shapes = _shapes(source, model, pair, choices)
-    feet = [None if shape is None else shape.points for shape in shapes]
-    lines = [leg_lines(posed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
-    heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
-    if heading.right == 1:
-        pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
+    pair, heading, shapes = _heading_with_feet(source, posed, pair, choices)
     closed = leg_loops(model, stands, loops, source.loop_motors, pair.legs, problems)
     apply_loops(model, closed)
     side = standing_side(model, pair.legs, choices)
@@ -279,11 +269,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     mirror = leg_exchange(axes, np.ones(len(chain)), partners)
     right = np.isin(chain, [*pair.legs[0], *(first for first, _ in others)])
     complete = couple(names, moving_ties, mirror).complete
-    unequal = choices.unequal_limits
     limits, odd, wrong = joint_limits(
-        model, chain, mirror, unequal, right, complete, closed.armature
+        model, chain, mirror, choices.unequal_limits, right, complete, closed.armature
     )
-    drawn_unequally = _drawn_unequally(source.drawn_posture, model, chain, mirror)
     faults += () if faults else tuple(wrong)
     asked = (choices.stance_sole, choices.swing_sole)
     sides = (asked[side], asked[1 - side])
@@ -293,7 +281,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         soles = _soles(source, stance, shapes, sides, choices)
     except RobotError as error:
         raise fault_error([*faults, *faults_of(error)]) from error
-    resolved = _resolved(choices, model, pair, heading, soles, side)
+    resolved = _resolved(choices, model, pair, heading, soles, side)  # before feet are changed
     ankle = stance.height(soles.placements)
     soles, shod = change_feet(straight, pair.legs, moving, soles, ankle, choices.proportions)
     if soles.added:
@@ -306,11 +294,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         limits=tuple(replace(one, units=()) for one in overrides),  # which fit, as `override` knows
         payloads=payloads,
     )
-    told = leg_findings(model, posed.q, pair, heading, angles, others)
-    rotors = armature_findings(whole, model, pair.legs, resolved, is_generated(source.text))
     counted = _counted(source.physics, choices, heading.rotation)
     findings = (
-        *told,
+        *leg_findings(model, posed.q, pair, heading, angles, others),
         *tied,
         *_missing(straight, pair.legs[side], heading.rotation),
         *tilted,
@@ -323,28 +309,39 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         *closed.findings,
         *loop_findings(model, closed.others, counted),
         *odd,
-        *rotors,
+        *armature_findings(whole, model, pair.legs, resolved, is_generated(source.text)),
         *source.findings(),
     )
     return ImportedRobot(
-        model,
-        posed.q,
-        pair.legs,
-        others,
-        heading.rotation,
-        soles,
-        side,
-        limits,
-        counted,
-        source.physics,
-        resolved,
-        findings,
-        faults,
-        locked_mimics(unlooped, names),
-        drawn_unequally,
-        moving_ties,
-        closed.linkages,
-    )
+        model, posed.q, pair.legs, others, heading.rotation, soles, side, limits, counted,
+        source.physics, resolved, findings, faults, locked_mimics(unlooped, names),
+        _drawn_unequally(source.drawn_posture, model, chain, mirror), moving_ties, closed.linkages,
+    )  # fmt: skip
+
+
+def _counting(
+    source: Source, choices: ImportOptions, problems: tuple[FileProblem, ...]
+) -> tuple[Mapping[str, Tie], tuple[LoopFrames, ...], tuple[FileProblem, ...]]:
+    """Return the ties and the loops that count, and the problems without those of others."""
+    ties, loops, passed = source.ties, source.loops, list[str]()
+    if TIES in choices.without:
+        ties, passed = {}, ["mimic", "tied"]
+    if LOOPS in choices.without:
+        loops, passed = (), [*passed, LOOP, "held"]
+    return ties, loops, tuple(one for one in problems if one.kind not in passed)
+
+
+def _heading_with_feet(
+    source: Source, posed: PosedModel, pair: LegPair, choices: ImportOptions
+) -> tuple[LegPair, Heading, list[FootShape | None]]:
+    """Return the legs with the right one first, where the robot looks, and their feet's shapes."""
+    shapes = _shapes(source, posed.model, pair, choices)
+    feet = [None if shape is None else shape.points for shape in shapes]
+    lines = [leg_lines(posed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
+    heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
+    if heading.right == 1:
+        pair, shapes = replace(pair, legs=(pair.legs[1], pair.legs[0])), shapes[::-1]
+    return pair, heading, shapes
 
 
 def _moving_ties(
@@ -393,10 +390,6 @@ def _rotors(choices: ImportOptions, model: pin.Model, folder: Path) -> tuple[Lim
         for name, value in armatures.items()
         if model.existJointName(name)
     )
-
-
-def _swapped(pair: LegPair) -> LegPair:
-    return replace(pair, legs=(pair.legs[1], pair.legs[0]))
 
 
 def _shapes(

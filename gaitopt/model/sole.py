@@ -114,3 +114,8 @@ def turning_arm(length: float, width: float) -> float:
     ahead = length**2 / width * np.arcsinh(width / length)
     aside = width**2 / length * np.arcsinh(length / width)
     return float(2.0 * np.hypot(length, width) + ahead + aside) / 12.0
+
+
+def centre_of_pressure(wrench: Array) -> Array:
+    """Return where wrenches (..., 6) press on the sole, Eqs. (37)-(38) [m], shape (..., 2)."""
+    return np.stack([-wrench[..., 4], wrench[..., 3]], axis=-1) / wrench[..., 2:3]

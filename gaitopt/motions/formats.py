@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BPoly
 from scipy.spatial.transform import Rotation
 
 from gaitopt.errors import InputError, did_you_mean
+from gaitopt.gait.spline import bernstein
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.motions.motion import SCALAR_FIRST, Motion
@@ -222,7 +222,7 @@ def bezier_record(motion: Motion) -> dict[str, object]:
         joints = at.q[:, motion.rows]
         dq = at.dq[:, motion.rows]
         curve = _bezier(joints, dq[[0, -1]] * T)
-        worst = max(worst, float(np.abs(_bernstein(share) @ curve - joints).max()))
+        worst = max(worst, float(np.abs(bernstein(share, _DEGREE) @ curve - joints).max()))
         velocity = (attitude.apply(at.base_twist[:, :3]), at.base_twist[:, 3:])
         rates = np.hstack([velocity[0], _euler_rates(euler, velocity[1])])
         track = _bezier(np.hstack([base, euler]), rates[[0, -1]] * T)
@@ -251,11 +251,6 @@ def _right(motion: Motion) -> int:
     return 0 if (np.linalg.inv(first[0]) @ first[1])[1, 3] > 0.0 else 1
 
 
-def _bernstein(share: Array) -> Array:
-    """Return the Bernstein polynomials at shares from 0 to 1, shape (N, degree + 1)."""
-    return np.asarray(BPoly(np.eye(_DEGREE + 1)[:, None], [0.0, 1.0])(share))
-
-
 def _bezier(values: Array, rates: Array) -> Array:
     """Return control points of the curves nearest to samples, shape (degree + 1, n).
 
@@ -263,7 +258,7 @@ def _bezier(values: Array, rates: Array) -> Array:
         values: at `_FITTED` equidistant shares, shape (N, n).
         rates: per share, at the start and at the end, shape (2, n).
     """
-    basis = _bernstein(np.linspace(0.0, 1.0, len(values)))
+    basis = bernstein(np.linspace(0.0, 1.0, len(values)), _DEGREE)
     ends = [0, 1, _DEGREE - 1, _DEGREE]
     points = np.zeros((_DEGREE + 1, values.shape[1]))
     points[0], points[-1] = values[0], values[-1]

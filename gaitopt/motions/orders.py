@@ -10,11 +10,12 @@ import xml.etree.ElementTree as ET
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from gaitopt.errors import InputError, RobotError
+from gaitopt.importers.report import listed
 from gaitopt.importers.xml_document import as_numbers, parse_xml
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.nlp import Array
@@ -39,7 +40,7 @@ G1_JOINTS = tuple(
 
 _CONTAINERS = ("frame", "replicate", "worldbody")  # of MJCF, whose bodies are those of the parent
 _SPACE, _ORIGIN = 3, (0.0, 0.0, 0.0)
-_SHOWN = 6  # names of joints in a message
+_listed = partial(listed, most=6)  # names of joints in a message
 
 
 @dataclass(frozen=True)
@@ -229,8 +230,3 @@ def _mjcf_joints(root: ET.Element) -> list[FileJoint]:
 
 def _attribute(element: ET.Element | None, name: str) -> str:
     return "" if element is None else element.get(name, "")
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return ", ".join(f"'{name}'" for name in names[:_SHOWN]) + more

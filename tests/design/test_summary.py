@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from sample_gait import bare_gait, sample_gait
 
-from gaitopt.design.summary import centre_of_pressure, summarise
+from gaitopt.design.summary import summarise
+from gaitopt.model.sole import centre_of_pressure
 
 JOINTS = ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"]
 
