@@ -100,3 +100,28 @@ def test_the_largest_rectangle_of_a_length():
     assert (toe - heel, left - right) == pytest.approx((0.15, 0.025), rel=2e-2)
     toe, heel, left, right = largest_rectangle(diamond, (0.0, 0.08))
     assert (toe - heel, left - right) == pytest.approx((0.04, 0.08), rel=5e-2)
+
+
+@pytest.mark.parametrize("degrees", [2, 10, 17, 30, 45, 60, 80])
+def test_feet_turned_out_are_read_whatever_does_not_fit_into_them(degrees):
+    """In a box turned far enough, no rectangle along the foot is nearly as wide as the whole."""
+    turned = np.exp(1j * np.radians(-degrees))
+    corners = turned * np.array([0.12 + 0.04j, 0.12 - 0.04j, -0.08 + 0.04j, -0.08 - 0.04j])
+    points = np.column_stack([corners.real, corners.imag]).round(4)
+    robot = Robot.from_urdf(standing_on(points))
+    edges = largest_rectangle(points)
+    assert robot.sole.length == pytest.approx(edges[0] - edges[1], abs=1e-6)
+    _, soles = shown(robot)
+    for name, sole in soles.items():
+        assert sole.width > 0.0 and sole.length > 0.0, name
+    wide = largest_rectangle(points, (0.0, 0.9 * float(np.ptp(points[:, 1]))))
+    if wide[0] == wide[1]:
+        assert not any("width" in name for name in soles)
+
+
+def test_round_feet_are_not_said_to_be_wider_than_long():
+    angles = np.arange(16) * np.pi / 8
+    points = 0.08 * np.column_stack([np.cos(angles), np.sin(angles)]) + (0.03, 0.0)
+    robot = Robot.from_urdf(standing_on(points))
+    assert robot.sole.length == pytest.approx(robot.sole.width)
+    assert not [f for f in robot.findings if "wider than" in f.text]

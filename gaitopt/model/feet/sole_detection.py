@@ -170,10 +170,10 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
             f"; the foot is {whole * 1e3:.0f} mm long, rounded or raised at its ends: give a "
             "larger rectangle (sole) if they carry"
         )
-    if left - right > toe - heel:
+    if _is_wider(left - right, toe - heel):
         how += "; wider than long: see whether the mesh lies turned, or give the rectangle (sole)"
     others = _other_rectangles(flat) if share < _FULL else {}
-    candidates = tuple((name, seen(edges)) for name, edges in others.items())
+    candidates = tuple((name, seen(edges)) for name, edges in others.items() if _has_area(edges))
     return FoundSole(pin.SE3(rotation, origin), sole, how, share, candidates)
 
 
@@ -199,7 +199,7 @@ def common_rectangle(
         doubts.append(
             f"the soles of the two feet differ by {gap * 1e3:.1f} mm; the common part counts"
         )
-    if (boxes[:, 0] - boxes[:, 1]).max() < (boxes[:, 2] - boxes[:, 3]).max():
+    if _is_wider((boxes[:, 2] - boxes[:, 3]).max(), (boxes[:, 0] - boxes[:, 1]).max()):
         doubts.append(
             "the feet are wider than they are long: their shapes may be turned, or the heading "
             "wrong; give the sole rectangle (--sole), or --forward"
@@ -220,8 +220,13 @@ def common_rectangle(
     return Rectangle(*edges, how, tuple(doubts), share, tuple(others))
 
 
-def _has_area(box: _Box) -> bool:
+def _has_area(box: Edges | _Box) -> bool:
     return box[0] > box[1] and box[2] > box[3]
+
+
+def _is_wider(width: float, length: float) -> bool:
+    """Whether a rectangle is wider than long; that in a disk is as wide, but for rounding."""
+    return bool(width > length + _SHORTEST)
 
 
 def _common(boxes: Array) -> _Box:
@@ -385,7 +390,10 @@ def turn_onto(vector: Array, goal: Array) -> Array:
 
 
 def _other_rectangles(flat: Array) -> dict[str, Edges]:
-    """Return rectangles that suit a flat part that is none, toe, heel, left and right by name."""
+    """Return rectangles that suit a flat part that is none, toe, heel, left and right by name.
+
+    One that does not fit into the flat part, as a wide one into a box turned out, has no area.
+    """
     (high_x, high_y), (low_x, low_y) = flat.max(axis=0), flat.min(axis=0)
     long, wide = high_x - low_x, high_y - low_y
     return {
