@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import MISSING, dataclass, field, fields
 from functools import cached_property, lru_cache, wraps
 from numbers import Integral, Real
@@ -155,12 +156,10 @@ class Setting:
 
 
 def _integer(value: object) -> int:
-    if isinstance(value, str):
-        try:
+    if isinstance(value, str) and value.isascii() and "_" not in value:  # see `read_number`
+        with suppress(ValueError):
             return int(value)
-        except ValueError:
-            raise ValueError("give a whole number") from None
-    if isinstance(value, int) and not isinstance(value, bool):
+    elif isinstance(value, int) and not isinstance(value, bool):
         return value
     raise ValueError("give a whole number")
 

@@ -6,7 +6,9 @@ import math
 import re
 from collections.abc import Mapping
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d].*?)?\s*")
+_NUMBER = re.compile(
+    r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*([^\s\d].*?)?\s*"
+)
 _DEGREE = math.pi / 180.0
 _NEWTON_METRE = {"N·m": 1.0, "Nm": 1.0, "N.m": 1.0, "mNm": 1e-3, "kNm": 1e3}
 
@@ -54,6 +56,18 @@ def motion_words(words: str, *, slides: bool) -> str:
     return _ANGULAR.sub(lambda found: _LINEAR[found[0]], words) if slides else words
 
 
+def read_number(text: str) -> float:
+    """Return the number that a text holds in digits 0 to 9, or one that is infinite or none.
+
+    Raises:
+        ValueError: it holds none. Python's `float` takes 1_0 and digits of other scripts besides,
+            which few readers of numbers do.
+    """
+    if not text.isascii() or "_" in text:
+        raise ValueError("give a number in digits 0 to 9")
+    return float(text)
+
+
 def read_quantity(value: object, unit: str) -> float:
     """Return a quantity in its SI unit.
 
@@ -69,7 +83,7 @@ def read_quantity(value: object, unit: str) -> float:
     found = _NUMBER.fullmatch(str(value))
     if found is None or found[2] is None:
         try:
-            return float(str(value))
+            return read_number(str(value))
         except ValueError:
             raise ValueError(_advice(unit)) from None
     if found[2] not in (known := UNITS.get(unit, {})):

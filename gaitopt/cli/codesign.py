@@ -58,7 +58,7 @@ from gaitopt.model.import_options import choices_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import parse_axis
-from gaitopt.units import read_quantity
+from gaitopt.units import read_number, read_quantity
 from gaitopt.view.codesign_page import write_codesign_page
 
 TRIALS, REPORT, SUMMARY = "trials.jsonl", "report.html", "codesign.json"
@@ -193,7 +193,7 @@ def _asked_walks(
             name = name.replace("-", "_")
             try:
                 if name == "weight" and equals:
-                    weight = float(value)
+                    weight = read_number(value)
                 elif name in known and equals:
                     read = known[name].read(value)
                     own[name] = (read,) if known[name].repeatable else read

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
+from gaitopt.cli import command_options
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.constraints import Margins
@@ -303,7 +304,10 @@ def with_plugin(plugin: Plugin) -> dict[str, dict[str, Setting]]:
         raise InputError(
             f"the plugin '{plugin.path}' has a field nobody can set: {error}"
         ) from None
-    taken = {name for section in SCHEMA.values() for name in section}
+    commands = [kind for kind in vars(command_options).values() if isinstance(kind, type)]
+    ours = filter(is_dataclass, [SweepSettings, ComparisonSettings, *commands])
+    taken = {name for section in SCHEMA.values() for name in section} | {"help", "help_all"}
+    taken |= {one.name for kind in ours for one in declared(kind)}
     for one in (one for settings in own.values() for one in settings):
         if one.name in taken:
             raise InputError(

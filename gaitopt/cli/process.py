@@ -17,6 +17,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import IntEnum
+from pathlib import Path
+from traceback import walk_tb
 from types import FrameType
 from typing import NoReturn, TextIO
 
@@ -44,7 +46,8 @@ class ExitCode(IntEnum):
 def errors_reported(*, robots: bool = True) -> Iterator[None]:
     """Turn errors the user can mend into a message on stderr and an exit code; no traceback.
 
-    An unexpected exception is left to Python: it is a bug of gaitopt and its traceback is wanted.
+    An unexpected exception is left to Python: it is a bug of gaitopt and its traceback is wanted;
+    but one that a plugin raises is told with its line.
 
     Args:
         robots: whether the block needs Pinocchio, which takes half a second to import.
@@ -65,6 +68,19 @@ def errors_reported(*, robots: bool = True) -> Iterator[None]:
     except KeyboardInterrupt as error:
         print_error("interrupted before it was done; every file that was written is complete")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
+    except Exception as error:
+        if not (line := _line_of_plugin(error)):
+            raise
+        print_error(f"{type(error).__name__} in {line}: {error}; correct it")
+        raise typer.Exit(ExitCode.BAD_INPUT) from error
+
+
+def _line_of_plugin(error: Exception) -> str:
+    """Return the last line of a plugin that an exception passed, if any."""
+    for frame, line in reversed([*walk_tb(error.__traceback__)]):
+        if str(frame.f_globals.get("__name__")).startswith("gaitopt_plugin_"):
+            return f"line {line} of the plugin {Path(frame.f_code.co_filename).name}"
+    return ""
 
 
 def refuse_options(given: Mapping[str, object], when: str) -> None:

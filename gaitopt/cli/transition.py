@@ -15,6 +15,7 @@ from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.result import Gait
 from gaitopt.gait.standing import STRETCH
 from gaitopt.gait.transition_file import save_transition
+from gaitopt.units import read_number
 
 STANDING = "standing"
 _SUFFIX = ".npz"
@@ -67,7 +68,7 @@ def _durations(text: str | None) -> tuple[float, ...] | float | None:
     if text is None:
         return None
     try:
-        values = tuple(float(part) for part in text.split(","))
+        values = tuple(read_number(part) for part in text.split(","))
     except ValueError as error:
         raise InputError(
             f"--duration is '{text}'; give seconds, one for all steps or one for each: 0.3,0.4"

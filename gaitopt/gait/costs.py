@@ -39,6 +39,7 @@ from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.model.import_options import matching
 from gaitopt.nlp import Array
 from gaitopt.settings import checked, setting
+from gaitopt.units import read_number
 
 if TYPE_CHECKING:
     from gaitopt.gait.step import Period
@@ -718,7 +719,7 @@ def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Co
 
 def _weight_of(words: list[str]) -> float:
     try:
-        return float(words[0]) if words else 1.0
+        return read_number(words[0]) if words else 1.0
     except ValueError:
         return float("nan")
 

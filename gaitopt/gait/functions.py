@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.bounds import shown
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.model.coupling import Coupling
 from gaitopt.nlp import Array
@@ -393,9 +394,16 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
     """
     random = np.random.default_rng(0)
     at = (typical * random.uniform(0.5, 1.5, typical.size))[None]
+    at.flags.writeable = False  # quantities are for all: nobody may write into them
     move = (typical * random.uniform(0.5, 1.5, typical.size))[None]
+    if not isinstance(function, QuantityFunction):
+        raise InputError(
+            f"{what} has {shown(function)} for its function; return a QuantityFunction, as Entries "
+            "or ComplexStep"
+        )
     try:
-        value, width = np.asarray(function.value(at)), typical.size
+        with np.errstate(all="ignore"):  # it need have no value there
+            value, width = np.asarray(function.value(at)), typical.size
         if value.shape != (1, rows):
             raise InputError(
                 f"the function of {what} returns shape {value.shape} for one instant of {width} "

@@ -61,6 +61,7 @@ def first_guess(problem: WalkProblem) -> Array:
 
     Raises:
         UnreachableError: the step is too long for the legs.
+        InputError: a constraint or a cost of one's own has no finite value there.
     """
     layouts = problem.layout.steps if isinstance(problem.layout, StepsLayout) else (problem.layout,)
     geometries = [_geometry(problem, step) for step in range(len(layouts))]
@@ -73,7 +74,9 @@ def first_guess(problem: WalkProblem) -> Array:
         )
     ]
     whole = problem.layout
-    return with_peak(problem, whole.pack(parts) if isinstance(whole, StepsLayout) else parts[0])
+    x = with_peak(problem, whole.pack(parts) if isinstance(whole, StepsLayout) else parts[0])
+    problem.check_own(x)
+    return x
 
 
 @dataclass(frozen=True)

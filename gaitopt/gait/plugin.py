@@ -30,7 +30,7 @@ from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 
 Extension = Constraint | Cost | Terrain
 _Kind = TypeVar("_Kind", Constraint, Cost, Terrain)
-_PREFIX = "gaitopt_plugin_"
+_PREFIX = "gaitopt_plugin_"  # the command line knows it, too
 _LONGEST = 80  # characters of a name in a message
 _PLAIN = (str, int, float, bool, type(None))
 
@@ -91,11 +91,12 @@ def _loaded(path: Path, digest: str) -> Plugin:
     try:
         spec.loader.exec_module(module)
         return _offered(module, path, digest)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[name]
         if isinstance(error, InputError):
             raise
-        where = f" in line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        line = getattr(error, "lineno", None) if isinstance(error, SyntaxError) else None
+        where = f" in line {line}" if line else ""
         raise InputError(
             f"the plugin '{path}' cannot be imported: {type(error).__name__}{where}: {error}"
         ) from error
@@ -163,9 +164,13 @@ def extension_record(one: Extension) -> dict[str, object]:
         path = Path(str(sys.modules[module].__file__))
         digest = module.removeprefix(_PREFIX).split("_")[0]
         record["plugin"] = {"file": path.name, "sha256": digest}
-    elif not module.startswith("gaitopt."):
+    elif not _is_built_in(one):
         record["class"] = f"{module}.{type(one).__qualname__}"
     return record
+
+
+def _is_built_in(one: Extension) -> bool:
+    return type(one).__module__.startswith("gaitopt.")
 
 
 def _fields_record(one: Extension) -> dict[str, object]:
@@ -232,7 +237,10 @@ def terrain_from_record(record: object, known: Iterable[Extension]) -> Terrain:
 def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
     if not isinstance(record, Mapping) or not isinstance(record.get("name"), str):
         raise InputError(f"the record of a {kind} has no name")
-    found = next((one for one in known if one.name == record["name"]), None)
+    # A cost of one's own may be called "torque", too: the record says where it is from.
+    own = "plugin" in record or "class" in record
+    named = (one for one in known if one.name == record["name"])
+    found = next((one for one in named if own is not _is_built_in(one)), None)
     if found is None:
         raise InputError(_needed(record, kind))
     values: Any = record.get("fields", {})

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from gaitopt.bounds import shown
 from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait import quantities
@@ -351,6 +352,31 @@ class WalkProblem(NLP):
         index = [b.name for b in self.blocks].index(name)
         return self._slices[index]
 
+    def check_own(self, x: Array) -> None:
+        """Check that constraints and costs of one's own have finite values at x.
+
+        Raises:
+            InputError: one has none, and no solver could begin there.
+        """
+        own = {one.name for one in self.task.constraints}
+        if not own and type(self.task.cost).__module__.startswith("gaitopt."):
+            return
+        step, advice = self.whole(x), "no solver can begin there; let it have one everywhere"
+        with np.errstate(all="ignore"):
+            for block in self.blocks:
+                values = block.function.value(block.take(step.values))
+                if block.name in own and not np.isfinite(values).all():
+                    instant, entry = np.argwhere(~np.isfinite(values))[0]
+                    raise InputError(
+                        f"the constraint '{block.name}' has no finite value at the first guess "
+                        f"({block.describe(instant, entry)}); {advice}"
+                    )
+            if not np.isfinite(self.cost.value(step)):
+                raise InputError(
+                    f"the cost '{self.task.cost.name}' has no finite value at the first guess; "
+                    f"{advice}"
+                )
+
     def _row_values(self, step: Period) -> Array:
         values = (b.function.value(b.take(step.values)).ravel() for b in self.blocks)
         return np.asarray(np.concatenate(list(values)) / self._row_scales)
@@ -403,7 +429,7 @@ def asked_blocks(
         if (names is None or one.name in names) and one.asked(contexts[0]):
             yield [one.block(context) for context in contexts]
     for own in (*task.cost.constraints, *task.constraints):
-        if (names is None or own.name in names) and own.asked(contexts[0]):
+        if (names is None or own.name in names) and _asked(own, contexts[0]):
             yield [_checked_block(own, context) for context in contexts]
 
 
@@ -436,6 +462,21 @@ def _models(
     )
 
 
+def _asked(constraint: Constraint, context: ConstraintContext) -> bool:
+    """Return whether a walk has a constraint of one's own.
+
+    Raises:
+        InputError: it cannot tell, as where it names a margin that is none.
+    """
+    try:
+        return constraint.asked(context)
+    except Exception as error:
+        told = failure(error, constraint)
+        raise InputError(
+            f"the constraint '{constraint.name}' does not say whether it is asked for: {told}"
+        ) from error
+
+
 def _checked_block(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
     """Return the rows of a constraint of one's own if they fit together.
 
@@ -451,16 +492,42 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
         raise InputError(f"{where} cannot make its rows: {failure(error, constraint)}") from error
     if not isinstance(block, ConstraintBlock):
         raise InputError(f"{where} returns no ConstraintBlock; return self.over_step(...)")
+    texts = block.name, block.unit, block.words, *block.labels
+    if isinstance(block.labels, str) or not all(isinstance(text, str) for text in texts):
+        raise InputError(
+            f"the labels of {where} are {shown(block.labels)}, its unit is {shown(block.unit)}; "
+            "give a tuple of texts for the rows, and texts for name, unit and words"
+        )
     if len({one.rows for one in block.reads}) != 1:
         raise InputError(f"{where} reads quantities with different rows: {block.reads}")
     shape = (len(block.instants), len(block.labels))
     typical = np.concatenate([typical_entries(one, context.robot) for one in block.reads])
     check_function(block.function, typical, shape[1], where)
-    if not shape == block.lower.shape == block.upper.shape:
-        raise InputError(f"the limits of {where} have shapes other than {shape}")
-    if not (np.isfinite(block.scale).all() and (block.scale > 0.0).all()):
+    _check_limits(block, shape, where)
+    scale = block.scale
+    if not (_are_numbers(scale) and np.isfinite(scale).all() and (scale > 0.0).all()):
         raise InputError(f"the scale of {where} is {block.scale}; it must be above 0")
     return block
+
+
+def _are_numbers(values: Array) -> bool:
+    return bool(np.issubdtype(values.dtype, np.number))
+
+
+def _check_limits(block: ConstraintBlock, shape: tuple[int, int], where: str) -> None:
+    lower, upper = block.lower, block.upper
+    if not shape == lower.shape == upper.shape:
+        raise InputError(f"the limits of {where} have shapes other than {shape}")
+    if not (_are_numbers(lower) and _are_numbers(upper)):
+        raise InputError(f"the limits of {where} are no numbers; leave out what has no limit")
+    wrong = ~(lower <= upper)  # what is no number is wrong, too
+    if wrong.any():
+        instant, row = np.argwhere(wrong)[0]
+        raise InputError(
+            f"the limits of '{block.labels[row]}' of {where} are {lower[instant, row]} to "
+            f"{upper[instant, row]} {block.unit}; give numbers, the lower not above the upper, and "
+            "leave out what has no limit"
+        )
 
 
 def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:

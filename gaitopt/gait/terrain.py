@@ -11,10 +11,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from numbers import Real
+from typing import ClassVar, TypeGuard
 
 import numpy as np
 
+from gaitopt.bounds import shown
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.model.sole import LEVEL, Sole
@@ -32,6 +34,7 @@ _CORNERS = 4
 _CHECKED, _MOVE, _APART = 401, 1e-5, 1e-3
 """Places at which a profile is checked; step of the differences, over that of the walk; largest
 disagreement, over the largest derivative (where the third derivative jumps, 1e-4 is usual)."""
+_ORDERS = 3  # the height and its first two derivatives
 _LEVEL = 1e-9  # m: rounding of a height
 
 
@@ -260,6 +263,10 @@ class Treads(Profile):
         return np.array([[self.edge - step, 0.0], [self.edge, 0.0]])
 
 
+def _is_finite(value: object) -> TypeGuard[float]:
+    return isinstance(value, Real) and math.isfinite(value)
+
+
 def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | None) -> None:
     """Check the profile of a terrain of one's own.
 
@@ -267,16 +274,30 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
         terrain, sole, step, nosing: as in `Terrain.profile`.
 
     Raises:
-        InputError: its height is not finite, a derivative is wrong, or the footprints are not level
-            or not where `rise` says.
+        InputError: a number of it is none, its height is not finite, a derivative is wrong, or the
+            footprints are not level or not where `rise` says.
     """
+    for name, value in (("lift", terrain.lift), ("rise", terrain.rise)):
+        if not _is_finite(value):
+            raise InputError(
+                f"the {name} of the terrain '{terrain.name}' is {shown(value)}; give metres"
+            )
     profile = terrain.profile(sole, step, nosing)
     if profile is None:
         return
     what = f"the profile of the terrain '{terrain.name}'"
+    if not isinstance(profile, Profile):
+        raise InputError(f"{what} is {shown(profile)}; give an instance of a Profile, or None")
+    length = getattr(profile, "length", None)
+    if not (_is_finite(length) and length > 0.0):
+        raise InputError(
+            f"{what} has the length {shown(length)}; give metres, over which the ground changes"
+        )
     x = step * np.linspace(-1.0, 1.0, _CHECKED)
     move = _MOVE * step
     before, here, after = (profile.height(x + d) for d in (-move, 0.0, move))
+    if not all(isinstance(part, tuple | list) and len(part) == _ORDERS for part in (here, after)):
+        raise InputError(f"{what} returns no tuple of the height and two derivatives")
     if any(np.shape(part) != x.shape or not np.isfinite(part).all() for part in here):
         raise InputError(f"{what} returns no finite height and two derivatives for every x")
     for k, name in enumerate(("first", "second")):

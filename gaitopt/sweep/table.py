@@ -18,7 +18,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.sweep.grid import quantity_unit
 from gaitopt.sweep.warm_start import WarmStart
-from gaitopt.units import in_si
+from gaitopt.units import in_si, read_number
 
 CSV, PARQUET = "index.csv", "index.parquet"
 CERTIFIED, NOT_CERTIFIED, INFEASIBLE = "certified", "not certified", "infeasible"
@@ -294,7 +294,7 @@ def unknown_column(name: str, names: list[str]) -> str:
 
 def _value(word: object) -> Value:
     try:
-        return float(str(word))
+        return read_number(str(word))
     except ValueError:
         return _TRUTH.get(str(word).lower(), str(word))
 

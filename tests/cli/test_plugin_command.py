@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 import shutil
 
 import pytest
@@ -32,6 +33,55 @@ class Calm(RunningCost):
 
 
 cost = WeightedSum(((TorqueCost(), 1.0), (Calm(), 10.0)))
+"""
+LIMIT = """
+from dataclasses import dataclass
+
+import numpy as np
+from gaitopt import ComplexStep, Constraint, Entries, margin
+from gaitopt.gait import quantities
+
+
+@dataclass(frozen=True)
+class Roll(Constraint):
+    name, unit, words = "roll", "rad", "roll of a joint"
+    reads = (quantities.ANGLES,)
+    least_roll: float = margin(3.0, "Roll.", unit="rad", above=0.0)
+
+    def block(self, context):
+        first = Entries(slice(0, 1), len(context.robot.joint_names))
+        return self.over_step(context, first, ("roll",), upper=self.least_roll)
+
+
+constraints = (Roll(),)
+"""
+GROUND = """
+from dataclasses import dataclass
+
+import numpy as np
+from gaitopt import Profile, Terrain
+
+
+@dataclass(frozen=True)
+class Plain(Profile):
+    length: float = 0.3
+
+    def height(self, x):
+        return np.zeros(x.shape), np.zeros(x.shape), np.zeros(x.shape)
+
+
+@dataclass(frozen=True)
+class Plains(Terrain):
+    name, shaped, lift = "plains", True, 0.01
+
+    def words(self, step):
+        return "over plains"
+
+    def profile(self, sole, step, nosing):
+        return Plain()
+
+
+terrain = Plains()
 """
 QUICK = ("--starts", "1", "--no-page", "--no-figures", "--quiet")
 
@@ -155,6 +205,77 @@ def test_a_plugin_may_not_take_the_name_of_an_option(tmp_path, cli):
     refused = cli("optimise", "--plugin", str(path))
     assert refused.exit_code == 2
     assert "has a field 'speed', which is the name of an option of gaitopt" in refused.stderr
+
+
+LATE = "ComplexStep(lambda v: v[:, :1] if len(v) == 1 else v[0, 99])"
+FIRST, ROWS = (
+    "first = Entries(slice(0, 1), len(context.robot.joint_names))",
+    "upper=self.least_roll",
+)
+BROKEN = [
+    (LIMIT, ROWS, "upper=float('nan')", "are -inf to nan rad; give numbers"),
+    (LIMIT, ROWS, "lower=1.0, upper=0.0", "limits of 'roll' .* are 1.0 to 0.0 rad"),
+    (LIMIT, ROWS, "upper='x'", "the limits of the constraint 'roll' are no numbers"),
+    (LIMIT, ROWS, "scale='x'", r"the scale of the constraint 'roll' is \['x'\]"),
+    (LIMIT, '("roll",)', '"r"', "give a tuple of texts for the rows"),
+    (LIMIT, '("roll",)', "(5,)", "give a tuple of texts for the rows"),
+    (LIMIT, FIRST, "first = None", "constraint 'roll' has None for its function"),
+    (
+        LIMIT,
+        FIRST,
+        f"first = {LATE}",
+        r"IndexError in line \d+ of the plugin mine.py: .*correct it",
+    ),
+    (
+        LIMIT,
+        FIRST,
+        "first = ComplexStep(lambda v: np.sqrt(v[:, :1] - 99))",
+        "no finite value at the",
+    ),
+    (LIMIT, FIRST, "first = ComplexStep(lambda v: v.fill(0.0))", "is read-only"),
+    (LIMIT, "reads =", "margins = ('nope',)\n    reads =", "no attribute 'nope'"),
+    (LIMIT, "least_roll", "quiet", "field 'quiet', which is the name of an option"),
+    (LIMIT, "least_roll", "help", "field 'help', which is the name of an option"),
+    (
+        LIMIT,
+        "constraints =",
+        "raise SystemExit(0)\nconstraints =",
+        "cannot be imported: SystemExit",
+    ),
+    (SUM, "return SquaredNorm(", "return (", "cost 'calm' has array.* for its function"),
+    (GROUND, "0.01", "float('nan')", "the lift of the terrain 'plains' is nan; give metres"),
+    (GROUND, "return Plain()", "return 7", "is 7; give an instance of a Profile"),
+    (GROUND, "return Plain()", "1 / 0", r"ZeroDivisionError in line \d+ of the plugin mine.py"),
+    (GROUND, "0.3", "'far'", "has the length 'far'; give metres"),
+    (GROUND, "return np.zeros(x.shape),", "return", "no tuple of the height and two derivatives"),
+]
+
+
+@pytest.mark.parametrize(("text", "sound", "broken", "message"), BROKEN)
+def test_a_broken_plugin_is_told_without_a_traceback(text, sound, broken, message, tmp_path, cli):
+    path = tmp_path / "mine.py"
+    path.write_text(text.replace(sound, broken))
+    found = cli("optimise", "--plugin", path, *QUICK, "--no-refine", "--output", tmp_path / "out")
+    assert found.exit_code == 2, found.output
+    assert re.search(message, found.stderr), found.stderr
+    assert not (tmp_path / "out" / "gait.npz").exists()
+
+
+@pytest.mark.parametrize("text", [LIMIT, GROUND])
+def test_what_was_broken_there_walks_when_it_is_sound(text, tmp_path, cli):
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    assert cli("optimise", "--plugin", path, *QUICK, "--no-refine").exit_code == 0
+
+
+def test_a_cost_of_ones_own_may_have_the_name_of_a_built_in_one(tmp_path, cli):
+    plugin, out = tmp_path / "mine.py", tmp_path / "out"
+    sole = SUM.partition("cost = Weighted")[0] + "cost = Calm()"
+    plugin.write_text(sole.replace('"calm"', '"torque"'))
+    assert cli("optimise", "--plugin", plugin, *QUICK, "--output", out).exit_code == 0
+    without = cli("check", out / "gait.npz")
+    assert "has the cost 'torque', which is not gaitopt's own" in without.stderr
+    assert cli("check", out / "gait.npz", "--plugin", plugin).exit_code == 0
 
 
 def test_a_library_is_swept_and_read_with_its_plugin(tmp_path, cli):

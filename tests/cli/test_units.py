@@ -12,6 +12,7 @@ from gaitopt import load_gait
 from gaitopt.cli.config import SCHEMA, read_config
 from gaitopt.cli.request import limit_of, make_request
 from gaitopt.errors import InputError, RobotError
+from gaitopt.gait.costs import cost_of_text
 from gaitopt.model.import_options import ImportOptions, choices_from_toml
 from gaitopt.model.robot import Robot
 from gaitopt.settings import declared, setting
@@ -52,6 +53,24 @@ def test_what_is_no_angle_is_refused_with_the_units_there_are(text):
         read_quantity(text, "rad")
     with pytest.raises(ValueError, match=r"give a number$"):
         read_quantity("1 rad", "")
+
+
+@pytest.mark.parametrize("number", ["1_0", "\uff11\uff10", "1\u0660", "\u00b2", "1e\uff11"])
+def test_digits_are_those_from_0_to_9_everywhere(number, cli):
+    """Python takes underscores and digits of all scripts, which no reader of robots does."""
+    for text in (number, f"{number} mm", f"{number}mm"):
+        with pytest.raises(ValueError, match="give a number in m, "):
+            read_quantity(text, "m")
+    for name in ("starts", "samples", "speed", "torque_limit"):
+        option = f"--{name.replace('_', '-')}"
+        refused = cli("optimise", option, number)
+        assert refused.exit_code == 2
+        assert "give a" in refused.stderr
+    for word in ("weight=", "speed="):
+        refused = cli("codesign", "--vary", "shin=25cm:35cm", "--walk", f"{word}{number}")
+        assert refused.exit_code == 2, refused.stderr
+    with pytest.raises(InputError, match="each with its weight before it"):
+        cost_of_text(f"{number} torque")
 
 
 def test_the_first_unit_is_that_of_a_bare_number():

@@ -112,8 +112,7 @@ def test_feet_turned_out_are_read_whatever_does_not_fit_into_them(degrees):
     edges = largest_rectangle(points)
     assert robot.sole.length == pytest.approx(edges[0] - edges[1], abs=1e-6)
     _, soles = shown(robot)
-    for name, sole in soles.items():
-        assert sole.width > 0.0 and sole.length > 0.0, name
+    assert all(sole.width * sole.length > 0.0 for sole in soles.values())
     wide = largest_rectangle(points, (0.0, 0.9 * float(np.ptp(points[:, 1]))))
     if wide[0] == wide[1]:
         assert not any("width" in name for name in soles)

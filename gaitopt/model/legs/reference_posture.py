@@ -17,6 +17,7 @@ from gaitopt.importers.ties import Tie
 from gaitopt.model.import_options import UNUSED_SRDF, ImportOptions
 from gaitopt.model.legs.overrides import override
 from gaitopt.nlp import Array
+from gaitopt.units import read_number
 
 Angles = dict[str, float]
 KEYFRAME = "keyframe:"
@@ -255,7 +256,7 @@ def _srdf(choices: ImportOptions, folder: Path) -> ElementTree.Element:
 def _value(element: ElementTree.Element, name: str) -> float:
     text = element.get(name, "")
     try:
-        return float(text)
+        return read_number(text)
     except ValueError:
         owner = element.get("name")
         raise RobotError(
