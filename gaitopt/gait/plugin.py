@@ -240,7 +240,7 @@ def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
     # A cost of one's own may be called "torque", too: the record says where it is from.
     own = "plugin" in record or "class" in record
     named = (one for one in known if one.name == record["name"])
-    found = next((one for one in named if own is not _is_built_in(one)), None)
+    found = next((one for one in named if not (own and _is_built_in(one))), None)
     if found is None:
         raise InputError(_needed(record, kind))
     values: Any = record.get("fields", {})
