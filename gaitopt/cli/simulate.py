@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import typer
@@ -157,27 +157,8 @@ def simulation_record(report: Report) -> dict[str, object]:
         "contact_force_N": walk.force,
         "simulated_s": walk.simulated,
         "seconds": walk.seconds,
-        "second_engine": {
-            "engine": engine.engine,
-            "instants": engine.instants,
-            "agrees": engine.agrees,
-            "torque": engine.torque,
-            "force": engine.force,
-            "moment": engine.moment,
-            "rate_after": engine.rate_after,
-            "impulse": engine.impulse,
-        },
-        "weak_points": [
-            {
-                "name": point.name,
-                "value": point.value,
-                "bound": point.bound,
-                "unit": point.unit,
-                "weak": point.weak,
-                "option": point.option,
-            }
-            for point in report.points
-        ],
+        "second_engine": {**asdict(engine), "agrees": engine.agrees},
+        "weak_points": [{**asdict(point), "weak": point.weak} for point in report.points],
         "stability": None if report.orbit is None else _stability_record(report.orbit),
         **({} if report.tried is None else _battery_record(report.tried, report.points)),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import TypeVar
 
 import numpy as np
@@ -155,7 +156,7 @@ class WalkProblem(NLP):
         self._row_scales = np.concatenate(
             [np.broadcast_to(b.scale, b.lower.shape).ravel() for b in self.blocks]
         )
-        ends = np.cumsum([b.size for b in self.blocks])
+        ends = accumulate([b.size for b in self.blocks])
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
         self._last_step: Step | Steps | None = None
         self._last_derivatives: _Derivatives | None = None

@@ -31,17 +31,13 @@ _FULL = 0.9  # of the flat part: what the rectangle must hold to be the only one
 _NEARLY = 0.9  # of the length or the width of the flat part
 _LEANS = 2e-3  # rad: a tilt worth a word
 _DIFFERENT = 2e-3  # m: soles that differ by more from side to side deserve a word
-_ROUNDING = 1e-9  # relative: a rectangle larger by less is the same
-_SHORTEST = 1e-6  # m: of an edge, so that the logarithm of the area exists
-_OUTSIDE = 1e-10  # m: an edge that crosses the hull by less is on it
+_SHORTEST = 1e-6  # of the extent: of an edge, so that the logarithm of the area exists
 _STRAIGHT = 1e-14  # of the extent, squared: a corner that turns by less is none
 _FEW = 16  # points: the planes of each three of them are tried
 _ON_FACE = 1e-10  # of the extent: points this near to a face are on it
 _NEWTON_STEPS = 50
-_ARRIVED = 1e-12  # m: of a step
+_ARRIVED = 1e-12  # of the extent: of a step
 _STIFF = 1e-9  # of the curvature: least one
-_CANDIDATES = 120  # edges tried at once
-_ROUNDS = 12  # of refinement, each about the best edges of the last
 _DOWN = np.array([0.0, 0.0, -1.0])
 _ADVICE = (
     "give the sole rectangle (--sole, or [sole] in the file for --choices) and the height of the "
@@ -436,22 +432,7 @@ def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) ->
     rectangle = len(hull) == 4 and ((hull == low) | (hull == high)).all()
     if rectangle and (high - low >= least).all():
         return float(high[0]), float(low[0]), float(high[1]), float(low[1])
-    edges = np.unique(np.concatenate([hull[:, 0], np.linspace(low[0], high[0], _CANDIDATES)]))
-    starts, ends, step = edges, edges, (high[0] - low[0]) / (_CANDIDATES - 1)
-    best = _best_strip(hull, starts, ends, least)
-    for _ in range(_ROUNDS):
-        starts, ends = (
-            np.clip(x + np.linspace(-step, step, 21), low[0], high[0]) for x in best[1:3]
-        )
-        best = max(best, _best_strip(hull, starts, ends, least), key=lambda b: b[0])
-        step /= 8.0
-    area, heel, toe, right, left = best
-    if area == 0.0:
-        return toe, heel, left, right
-    larger = _along_the_ridge(_half_planes(hull), (toe, heel, left, right), least)
-    if (larger[0] - larger[1]) * (larger[2] - larger[3]) > area * (1.0 + _ROUNDING):
-        return larger
-    return toe, heel, left, right
+    return _largest_inside(hull, least)
 
 
 def convex_polygon(points: Array) -> Array:
@@ -498,79 +479,40 @@ def _half_planes(polygon: Array) -> Array:
     return np.column_stack([normal, -(normal * polygon).sum(axis=1)])
 
 
-def _along_the_ridge(halfplanes: Array, edges: Edges, least: tuple[float, float]) -> Edges:
-    """Return the largest rectangle in a polygon, from one that is nearly so.
+def _largest_inside(hull: Array, least: tuple[float, float]) -> Edges:
+    """Return the largest rectangle in a convex polygon, of no area where there is none.
 
     The logarithm of the area is concave in the edges, and the polygon holds them by linear
-    inequalities: there is one maximum, at which a search on a grid may not arrive along a ridge.
+    inequalities: there is one maximum, which Newton's method finds from inside. Where it may slide,
+    it stays near the middle.
 
     Args:
-        halfplanes: a, b, c of a x + b y + c <= 0 inside, shape (m, 3).
-        edges: to begin with.
+        hull: corners of the polygon, counterclockwise, shape (m, 2).
         least: extent along x and y that it must have [m].
     """
-    a, b, c = halfplanes.T
+    import quadprog  # few robots ask for it
+
+    size = np.ptp(hull, axis=0)  # areas of rectangles change by one factor where axes do
+    a, b, c = _half_planes(hull / size).T
     corner = np.stack([a.clip(0.0), a.clip(None, 0.0), b.clip(0.0), b.clip(None, 0.0)], axis=1)
     extent = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
     rows = np.vstack([-corner, extent])
-    least_of = np.concatenate([c, np.maximum(least, _SHORTEST)])
-
-    x = np.array(edges)
-    for _ in range(_NEWTON_STEPS):  # Newton's method: the cost is convex, and its start is near
-        size = np.maximum(extent @ x, _SHORTEST)
-        gradient, bent = -(1.0 / size) @ extent, extent.T / size**2 @ extent
+    within = np.concatenate([c, np.maximum(least / size, _SHORTEST)])
+    middle = (hull / size).mean(axis=0)
+    room = -0.5 * float((a * middle[0] + b * middle[1] + c).max())
+    x = middle.repeat(2) + room * np.array([1.0, -1.0, 1.0, -1.0])
+    for _ in range(_NEWTON_STEPS):
+        extents = np.maximum(extent @ x, _SHORTEST)
+        bent = extent.T / extents**2 @ extent
         bent += _STIFF * np.trace(bent) * np.eye(4)  # where only a position is free
-        step = _least(bent, gradient, rows, least_of - rows @ x)
-        if step is None:
+        try:
+            step = quadprog.solve_qp(bent, (1.0 / extents) @ extent, rows.T, within - rows @ x)[0]
+        except ValueError:  # there is none of such extents
+            x = middle.repeat(2)
             break
-        change = extent @ step / size  # of the extents: half of them at most may go at once
-        x += step * min(1.0, 0.5 / max(float(-change.min()), 0.5))
+        shrinks = -float((extent @ step / extents).min())  # by half at most may an extent at once
+        x += step * min(1.0, 0.5 / max(shrinks, 0.5))
         if np.abs(step).max() < _ARRIVED:
             break
-    if (rows @ x - least_of).min() < -_OUTSIDE:
-        return edges
-    toe, heel, left, right = map(float, x)
+    toe, heel, left, right = map(float, x * size.repeat(2))
     return toe, heel, left, right
-
-
-def _least(bent: Array, gradient: Array, rows: Array, least: Array) -> Array | None:
-    """Return the d that minimises gradient . d + d' bent d / 2 with rows @ d >= least, or None."""
-    import daqp
-
-    none = np.full(len(rows), 1e30)
-    d, _, flag, _ = daqp.solve(
-        bent, gradient, np.ascontiguousarray(rows), none, least,
-        np.zeros(len(rows), dtype=np.intc), primal_tol=_ARRIVED,
-    )  # fmt: skip
-    return np.asarray(d) if flag > 0 else None
-
-
-def _best_strip(
-    hull: Array, starts: Array, ends: Array, least: tuple[float, float]
-) -> tuple[float, float, float, float, float]:
-    """Return area, smallest x, largest x, smallest y, largest y of the best pair of edges."""
-    (low_a, high_a), (low_b, high_b) = (_sides(hull, x) for x in (starts, ends))
-    low = np.maximum(low_a[:, None], low_b[None, :])
-    high = np.minimum(high_a[:, None], high_b[None, :])
-    long, wide = ends[None, :] - starts[:, None], high - low
-    fits = (long > 0.0) & (wide > 0.0) & (long >= least[0]) & (wide >= least[1])
-    area = np.where(fits, long * wide, 0.0)
-    i, j = np.unravel_index(int(area.argmax()), area.shape)
-    if area[i, j] == 0.0:
-        x, y = float(starts[0]), float(low_a[0])
-        return 0.0, x, x, y, y
-    return float(area[i, j]), float(starts[i]), float(ends[j]), float(low[i, j]), float(high[i, j])
-
-
-def _sides(hull: Array, x: Array) -> tuple[Array, Array]:
-    """Return the smallest and the largest y of a convex polygon at each x inside it."""
-    a, b = hull, np.roll(hull, -1, axis=0)
-    first, last = np.where((a[:, :1] <= b[:, :1]), a, b), np.where((a[:, :1] <= b[:, :1]), b, a)
-    span = last[:, 0] - first[:, 0]
-    share = (x[:, None] - first[:, 0]) / np.where(span > 0.0, span, 1.0)
-    y = first[:, 1] + share * (last[:, 1] - first[:, 1])
-    crossed = (x[:, None] >= first[:, 0]) & (x[:, None] <= last[:, 0]) & (span > 0.0)
-    return (
-        np.where(crossed, y, np.inf).min(axis=1),
-        np.where(crossed, y, -np.inf).max(axis=1),
-    )
