@@ -6,7 +6,7 @@ it loosens, and what pushes against it, is the conflict.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -219,182 +219,152 @@ def _relaxations(problem: WalkProblem) -> tuple[Relaxation, ...]:
     return tuple(found)
 
 
-Contradiction = tuple[str, str]
-"""Constraint and sentence."""
+Contradictions = Iterator[tuple[str, str]]
+"""Constraints and sentences."""
 
 
-def contradictions(problem: WalkProblem) -> tuple[Contradiction, ...]:
+def contradictions(problem: WalkProblem) -> tuple[tuple[str, str], ...]:
     """Return what is impossible whatever the motion, as pairs of constraint and sentence."""
-    return (
-        *_step(problem), *_flat_feet(problem), *_extension(problem), *_sole(problem),
-        *_load(problem), *_knees(problem), *_width(problem), *_clearance(problem), *_trunk(problem),
-        *_slope(problem),
+    tests = (
+        _step, _flat_feet, _extension, _sole, _load, _knees, _width, _clearance, _trunk, _slope,
     )  # fmt: skip
+    return tuple(found for test in tests for found in test(problem))
 
 
-def _step(problem: WalkProblem) -> list[Contradiction]:
+def _step(problem: WalkProblem) -> Contradictions:
     """Eq. (31): the legs span the step."""
     try:
         first_guess(problem)
     except UnreachableError as error:
-        return [("leg length", str(error).split(";")[0])]
-    return []
+        yield "leg length", str(error).split(";")[0]
 
 
-def _flat_feet(problem: WalkProblem) -> list[Contradiction]:
+def _flat_feet(problem: WalkProblem) -> Contradictions:
     """Both feet can lie flat at the step, though joints are missing."""
     if not problem.robot.legs.missing:
-        return []
+        return
     try:
         gap = flat_feet_gap(problem)
     except UnreachableError:
-        return []  # told of the leg's length
-    if gap < FLAT:
-        return []
-    lacks = " and ".join(f"no {name}" for name in problem.robot.legs.missing)
-    return [
-        (
+        return  # told of the leg's length
+    if gap >= FLAT:
+        lacks = " and ".join(f"no {name}" for name in problem.robot.legs.missing)
+        yield (
             "closure",
             f"the legs cannot put both feet flat at a step of {problem.task.step_length:.3f} m: "
             f"the nearest posture leaves {gap:.2g} m or rad, as the legs have {lacks} joint",
         )
-    ]
 
 
-def _sole(problem: WalkProblem) -> list[Contradiction]:
+def _sole(problem: WalkProblem) -> Contradictions:
     """Eqs. (37)-(38): the margin leaves some of the sole."""
     sole, margin = problem.robot.sole, problem.task.margins.cop_margin
-    sizes = (("wide", sole.width), ("long", sole.length))
-    return [
-        (
-            "cop",
-            f"a margin of {margin:g} m from every edge leaves no room for the centre of pressure "
-            f"in a sole {size:.3g} m {word}",
-        )
-        for word, size in sizes
-        if 2.0 * margin >= size
-    ]
+    for word, size in (("wide", sole.width), ("long", sole.length)):
+        if 2.0 * margin >= size:
+            yield (
+                "cop",
+                f"a margin of {margin:g} m from every edge leaves no room for the centre of "
+                f"pressure in a sole {size:.3g} m {word}",
+            )
 
 
-def _width(problem: WalkProblem) -> list[Contradiction]:
+def _width(problem: WalkProblem) -> Contradictions:
     """Eq. (32): feet that point ahead fit beside each other."""
     sole, margins = problem.robot.sole, problem.task.margins
     needed = sole.width + margins.lateral_gap
     turned, spacing = (problem.layout.geometry[row] for row in (FOOT_YAW, FOOT_SPACING))
     if turned.free or turned.value != 0.0:
-        return []
+        return
     room = [] if margins.step_width is None else [("at most", margins.step_width, "step_width")]
     room += [] if spacing.free else [("fixed at", abs(spacing.value), "foot_spacing")]
-    return [
-        (
-            "lateral",
-            f"feet {how} {width:g} m apart ({name}) leave no gap of {margins.lateral_gap:g} m "
-            f"between soles {sole.width:.3g} m wide; at least {needed:.3g} m are "
-            "needed",
-        )
-        for how, width, name in room
-        if width < needed
-    ]
+    for how, width, name in room:
+        if width < needed:
+            yield (
+                "lateral",
+                f"feet {how} {width:g} m apart ({name}) leave no gap of {margins.lateral_gap:g} m "
+                f"between soles {sole.width:.3g} m wide; at least {needed:.3g} m are needed",
+            )
 
 
-def _extension(problem: WalkProblem) -> list[Contradiction]:
+def _extension(problem: WalkProblem) -> Contradictions:
     """Eq. (31): legs that may extend only so far span the step, the hips as far ahead as can be."""
     legs, task = problem.robot.legs, problem.task
     most, free = task.margins.leg_extension, problem.layout.geometry[DURATION].free
     if most is None or free or task.speed_as != "constraint":
-        return []
+        return
     hips = float(np.linalg.norm(legs.hips[0] - legs.hips[1]))
     longest = 2.0 * most * legs.reach + hips
-    if abs(task.step_length) <= longest:
-        return []
-    return [
-        (
+    if abs(task.step_length) > longest:
+        yield (
             "leg length",
             f"a step of {abs(task.step_length):.3f} m ({task.speed:g} m/s for {task.duration:g} s) "
             f"is longer than legs span that extend to {most:g} of their length (leg_extension): at "
             f"most {longest:.3f} m",
         )
-    ]
 
 
-def _clearance(problem: WalkProblem) -> list[Contradiction]:
+def _clearance(problem: WalkProblem) -> Contradictions:
     """The swing foot passes below the hips."""
     legs, clearance = problem.robot.legs, problem.task.margins.clearance
     highest = legs.height + float(legs.hips[:, 2].max())
-    if clearance < highest:
-        return []
-    return [
-        (
+    if clearance >= highest:
+        yield (
             "clearance",
             f"a clearance of {clearance:g} m lifts the whole swing foot to where the hips are, "
             f"{highest:.3g} m above the ground with straight legs; the leg is {legs.reach:.3g} m "
             "long",
         )
-    ]
 
 
-def _slope(problem: WalkProblem) -> list[Contradiction]:
+def _slope(problem: WalkProblem) -> Contradictions:
     """Over a step the ground's force and impulse bear the weight, which friction must hold."""
     friction, down = problem.task.margins.friction, problem.task.ground.down
     needed = float(np.hypot(down[0], down[1]) / -down[2])
-    if friction >= needed:
-        return []
-    return [
-        (
+    if friction < needed:
+        yield (
             "friction",
             f"a slope of {100.0 * needed:.3g} % asks for a coefficient of friction of at least "
             f"{needed:.3g} on the mean of a step; it is {friction:g} (friction)",
         )
-    ]
 
 
-def _trunk(problem: WalkProblem) -> list[Contradiction]:
+def _trunk(problem: WalkProblem) -> Contradictions:
     """The double support that is held keeps the limits of the trunk."""
     table, margins = problem.layout.geometry, problem.task.margins
-    pairs = (
+    for name, row, most in (
         ("trunk_roll", PELVIS_ROLL, margins.trunk_roll),
         ("trunk_pitch", TRUNK_PITCH, margins.trunk_pitch),
         ("trunk_yaw", PELVIS_YAW, margins.trunk_yaw),
-    )
-    return [
-        (
-            name.replace("_", " "),
-            f"{table[row].name} is fixed at {table[row].value:g} rad, but {name} allows at most "
-            f"{most:g} rad",
-        )
-        for name, row, most in pairs
-        if most is not None and not table[row].free and abs(table[row].value) > most
-    ]
+    ):
+        if most is not None and not table[row].free and abs(table[row].value) > most:
+            yield (
+                name.replace("_", " "),
+                f"{table[row].name} is fixed at {table[row].value:g} rad, but {name} allows at "
+                f"most {most:g} rad",
+            )
 
 
-def _load(problem: WalkProblem) -> list[Contradiction]:
+def _load(problem: WalkProblem) -> Contradictions:
     """Eq. (35): over a periodic step the vertical force averages at most the weight."""
     weight, least = problem.robot.weight, problem.task.margins.minimum_load
-    if least < weight:
-        return []
-    return [
-        (
+    if least >= weight:
+        yield (
             "load",
             f"a vertical ground force of at least {least:g} N throughout the step is more than the "
             f"weight of the robot, {weight:.4g} N",
         )
-    ]
 
 
-def _knees(problem: WalkProblem) -> list[Contradiction]:
+def _knees(problem: WalkProblem) -> Contradictions:
     """Eq. (30): the knees can bend as asked."""
     robot, margins = problem.robot, problem.task.margins
-    found: list[Contradiction] = []
     for index, knee in enumerate(robot.legs.knees):
         limits = robot.coupling.reach(knee, robot.limits)
         sign, straight = robot.legs.flexion[index], robot.legs.straight[index]
         most = float(max(sign * (limit - straight) for limit in limits))
         if margins.joint_range and margins.knee_flexion > most:
-            found.append(
-                (
-                    "knee",
-                    f"{robot.coupling.names[knee]} bends by at most {most:.3g} rad; asked for are "
-                    f"always at least {margins.knee_flexion:g} rad",
-                )
+            yield (
+                "knee",
+                f"{robot.coupling.names[knee]} bends by at most {most:.3g} rad; asked for are "
+                f"always at least {margins.knee_flexion:g} rad",
             )
-    return found
