@@ -17,11 +17,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -67,12 +69,39 @@ class Values:
     rows: Array
 
 
+class Slopes(Protocol):
+    """A Jacobian (m, n) that can give some rows, and a product, without being a table."""
+
+    def __getitem__(self, rows: Indices, /) -> Array:
+        """Return some rows by their numbers, ascending (k,), shape (k, n)."""
+
+    def __matmul__(self, step: Array, /) -> Array:
+        """Return the change of all rows along a step (n,), shape (m,)."""
+
+
 @dataclass(frozen=True)
 class Point(Values):
     """Values with their exact first derivatives: gradient (n,) of the cost, jacobian (m, n)."""
 
     gradient: Array
     jacobian: Array
+
+    @property
+    def slopes(self) -> Slopes:
+        """The Jacobian for those who need few rows of it."""
+        return self.jacobian
+
+    @property
+    def finite(self) -> bool:
+        """Whether every derivative is a finite number."""
+        return bool(np.isfinite(self.gradient).all() and np.isfinite(self.jacobian).all())
+
+    def most_change(self, scale: Array) -> Array:
+        """Return how much rows change, to first order, where no variable does by more than scale.
+
+        That is the most they can, or a bound of it, shape (m,).
+        """
+        return np.asarray(np.abs(self.jacobian) @ scale)
 
 
 class NLP(ABC):
@@ -272,7 +301,7 @@ def kkt_residual(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: 
         multipliers, bound_multipliers: of its rows, shape (m,), and of its bounds, shape (n,).
     """
     held = np.flatnonzero(multipliers)  # few of thousands
-    pull = multipliers[held] @ point.jacobian[held]
+    pull = multipliers[held] @ point.slopes[held]
     gradient = nlp.cost_scale * point.gradient + pull + bound_multipliers
     return Residual(
         stationarity=float(np.abs(gradient).max(initial=0.0)),

@@ -19,7 +19,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from gaitopt.bounds import shown
 from gaitopt.errors import InputError, OptionError, did_you_mean
-from gaitopt.units import read_quantity
+from gaitopt.units import read_motion, read_quantity
 
 KEY = "setting"
 """Key of a dataclass field's metadata under which its declaration is found."""
@@ -33,6 +33,7 @@ TEXTS, FILES, TABLE = "texts", "files", "table"
 _KINDS = {
     "float": NUMBER, "int": INTEGER, "bool": FLAG, "str": TEXT, "Path": FILE,
     "tuple[str, ...]": TEXTS, "tuple[Path, ...]": FILES, "Mapping[str, float]": TABLE,
+    "Mapping[str, float | str]": TABLE,
 }  # fmt: skip
 _ALLOWED = {
     INTEGER: "whole number", FLAG: "true or false", TEXT: "text", FILE: "file name",
@@ -65,6 +66,8 @@ class Setting:
         negatable: of a flag that is not set by default, whether --no-NAME may say so.
         panel: heading over it in the help, where that is not one of its section.
         entry_unit: of a table, returns the unit of an entry.
+        as_given: of a table for joints that turn or slide, whether its entries stay texts: the unit
+            with which one is given must suit the joint, which is not known here.
         example: of a table's entry, as NAME=VALUE.
     """
 
@@ -83,6 +86,7 @@ class Setting:
     negatable: bool = False
     panel: str = ""
     entry_unit: Callable[[str], str] = _none
+    as_given: bool = False
     example: str = ""
 
     @property
@@ -140,19 +144,25 @@ class Setting:
             raise ValueError(f"give a {_ALLOWED[self.kind]}")
         return self.read(value)
 
-    def read_pairs(self, texts: object) -> dict[str, float]:
+    def read_pairs(self, texts: object) -> dict[str, Any]:
         """Return a table from the NAME=VALUE texts of a command line, or from one read already.
 
         Raises:
             InputError: a text is none, or a name comes twice.
         """
-        return named_values(texts, self.option, self.example, self.entry_unit)
+        return named_values(texts, self.option, self._value, self.example)
 
-    def _entry(self, name: str, value: object) -> float:
+    def _entry(self, name: str, value: object) -> Any:
         try:
-            return read_quantity(value, self.entry_unit(name))
+            return self._value(name, value)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
+
+    def _value(self, name: str, value: object) -> Any:
+        if self.as_given and isinstance(value, str):
+            read_motion(value, self.entry_unit(name))
+            return value
+        return read_quantity(value, self.entry_unit(name))
 
 
 def _integer(value: object) -> int:
@@ -233,29 +243,29 @@ def _type_name(annotation: object) -> str:
 def named_values(
     texts: object,
     option: str,
+    read: Callable[[str, str], Any],
     example: str = "speed=0.83",
-    unit: Callable[[str], str] = _none,
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Read NAME=VALUE texts of an option that may be repeated.
 
     Args:
         texts: a list of them, or a table that is read already; anything else has no values.
         option: its name, for the error.
-        example: of a text, likewise.
-        unit: returns the SI unit of a name's value.
+        read: returns the value of a name from its text, or raises a ValueError with advice.
+        example: of a text, for the error.
 
     Raises:
         InputError: one is none, or a name comes twice.
     """
     if isinstance(texts, Mapping):
         return dict(texts)
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     for text in texts if isinstance(texts, list | tuple) else []:
         name, equals, number = (part.strip() for part in str(text).partition("="))
         if name in values:
             raise InputError(f"{option} gives {name} twice; give its value once")
         try:
-            values[name] = read_quantity(number, unit(name))
+            values[name] = read(name, number)
         except ValueError as error:
             wanted = str(error) if equals and number else "give a name and a number"
             raise InputError(f"{option} {text}: {wanted}, as in {option} {example}") from error

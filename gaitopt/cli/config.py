@@ -122,10 +122,10 @@ class RobotSettings:
         None, "Motors that turn joints in common, as of parallel ankles, TOML: their limits "
         "(docs/linkages.md).",
     )  # fmt: skip
-    armature: Mapping[str, float] = entry(
+    armature: Mapping[str, float | str] = entry(
         {}, "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: "
-        "'*knee*=0.02'.", metavar="PATTERN=VALUE", entry_unit=lambda _: "kg·m²",
-        example="'*=0.01'",
+        "'*knee*=0.02'; in kg of those that slide.", metavar="PATTERN=VALUE",
+        entry_unit=lambda _: "kg·m²", as_given=True, example="'*=0.01'",
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.settings import named_values
-from gaitopt.sweep.grid import quantity_unit
+from gaitopt.sweep.grid import read_named
 from gaitopt.sweep.interpolation import interpolate, stored_point
 from gaitopt.sweep.library import Library, open_library
 from gaitopt.sweep.table import (
@@ -107,7 +107,7 @@ def _design(asked: LibraryOptions) -> None:
     require_files((output, "--output"))
     if len(directories) > 1:
         raise InputError("--at is a place in one library; give one directory")
-    values = named_values(asked.at, "--at", unit=quantity_unit)
+    values = named_values(asked.at, "--at", read_named)
     gait, said = _gait_at(open_library(directories[0]), values, asked.plugin)
     print_findings_of(screen(stderr=True), gait)
     out = screen()

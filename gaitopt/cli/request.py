@@ -169,7 +169,9 @@ def _armatures(asked: RobotSettings, choices: ImportOptions) -> Iterator[LimitOv
             "--without armature leaves out every rotor inertia, --armature gives some; leave out "
             "one of the two (--armature '*=0' before the others leaves out those of the file only)"
         )
-    return (LimitOverride(joints, armature=value) for joints, value in asked.armature.items())
+    for joints, given in asked.armature.items():
+        value, unit = read_limit("armature", str(given))
+        yield LimitOverride(joints, armature=value, units=(unit,) if unit else ())
 
 
 def limit_of(text: str) -> LimitOverride:

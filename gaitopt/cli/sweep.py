@@ -32,7 +32,7 @@ from gaitopt.gait.task import Task
 from gaitopt.mechanics.body_pairs import narrowed_gaps
 from gaitopt.settings import named_values
 from gaitopt.sweep.executor import joined_scheduler
-from gaitopt.sweep.grid import Axis, Index, parse_axis, quantity_unit, with_values
+from gaitopt.sweep.grid import Axis, Index, parse_axis, read_named, with_values
 from gaitopt.sweep.library import FAULTS, Library, open_library
 from gaitopt.sweep.scheduler import SweepProgress, sweep
 from gaitopt.sweep.table import CERTIFIED, INFEASIBLE
@@ -213,7 +213,7 @@ def _axes(given: Settings) -> list[Axis]:
 
 def _begin(given: Settings, axes: list[Axis]) -> dict[str, float]:
     """Return where to begin, inside the ranges."""
-    values = named_values(given.get("begin"), "--begin", unit=quantity_unit)
+    values = named_values(given.get("begin"), "--begin", read_named)
     for axis in axes:
         first, last = axis.values[0], axis.values[-1]
         if axis.name in values and not first <= values[axis.name] <= last:

@@ -317,8 +317,9 @@ class _Stage:
 
     def _slope(self, point: Point, one: _Held) -> Array:
         """Return g_xs of a row, shape (P,)."""
-        here, beside = self._number(one.row), self._number(one.row, DELTA)
-        return np.asarray((point.jacobian[beside] - point.jacobian[here]) / DELTA)
+        both = np.array([self._number(one.row), self._number(one.row, DELTA)])
+        here, beside = (point.slopes[number] for number in both[:, None])
+        return np.asarray((beside - here)[0] / DELTA)
 
     def after(self, x: Array, step: ElasticStep) -> tuple[Array, tuple[_Held, ...]]:
         """Return where a step leads: parameters, and the rows where their extremes will be."""

@@ -48,9 +48,11 @@ from gaitopt.gait.spline import (
 from gaitopt.gait.step import (
     DoubleSupportDerivatives,
     DoubleSupportPart,
+    Jacobians,
     ShapedTurn,
     Step,
     StepDerivatives,
+    gap_products,
 )
 from gaitopt.gait.step_hessian import local_gradient, local_hessian
 from gaitopt.gait.step_model import Opening, StepModelBase, after_each, before_each
@@ -453,7 +455,7 @@ class DoubleStepModel(StepModelBase):
         local: StepDerivatives,
         motion: Array,
         at: DoubleSupportDerivatives,
-    ) -> dict[Quantity, Array]:
+    ) -> Jacobians:
         """Derivatives of all quantities in x, from those of the motion (N, 3 (h + n), P)."""
         layout, P, matrix = self.layout, self._size, self.chart.matrix
         effort, chain = local.support.effort @ motion, double.motion.axes.shape[1]
@@ -467,13 +469,14 @@ class DoubleStepModel(StepModelBase):
         twist = np.zeros((TWIST, P))
         if self.hinge is not None:
             twist = np.outer(self.hinge.twist, matrix[layout.turn.stop - 1])
-        return {
+        reads = {
             **self._reads(local, motion, effort, at.geometry[FOOT_YAW]),
             quantities.IMPULSE: impulse[None],
             quantities.SOLE_TWIST: twist[None],
             quantities.FRONT_WRENCH: front,
             quantities.REAR_IMPULSE: at.rear[None],
         }
+        return Jacobians(reads, gap_products(local.optional, motion))
 
     def own_hessian(
         self, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]

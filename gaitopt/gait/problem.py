@@ -35,7 +35,7 @@ from gaitopt.gait.parameters import (
     set_geometry,
 )
 from gaitopt.gait.quantities import PEAK, Quantity, typical_entries
-from gaitopt.gait.step import Period, Step, StepDerivatives
+from gaitopt.gait.step import Jacobians, Period, Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, cycle_hessian, pairs_added
 from gaitopt.gait.step_model import Ends, StepModel, cycle, cycle_derivatives
 from gaitopt.gait.stride import (
@@ -51,6 +51,7 @@ from gaitopt.gait.stride import (
 )
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
+from gaitopt.gait.walk_point import Product, RowSlopes, WalkPoint
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, ProgressCallback, Rows, Values, Variables
 
@@ -85,7 +86,7 @@ class _Derivatives:
     whole: Step | Steps
     steps: tuple[Step, ...]
     derivatives: tuple[StepDerivatives, ...]
-    jacobians: dict[Quantity, Array]
+    jacobians: Jacobians
 
 
 class WalkProblem(NLP):
@@ -227,10 +228,10 @@ class WalkProblem(NLP):
     def _joined(self, x: Array, steps: tuple[Step, ...]) -> Step | Steps:
         return steps[0] if len(steps) == 1 else Stride(x, steps, self.task.pace)
 
-    def _together(self, derivatives: tuple[StepDerivatives, ...]) -> dict[Quantity, Array]:
+    def _together(self, derivatives: tuple[StepDerivatives, ...]) -> Jacobians:
         """Return the Jacobians of the quantities of the whole, from those of its steps."""
         if isinstance(self.layout, StrideLayout):
-            return stride_jacobians(self.layout, derivatives, self.task.pace)
+            return Jacobians(stride_jacobians(self.layout, derivatives, self.task.pace), {})
         return derivatives[0].jacobians
 
     def _derivatives(self, x: Array) -> _Derivatives:
@@ -257,14 +258,21 @@ class WalkProblem(NLP):
         gradient = np.zeros(self.layout.size)
         for one, weight in self.cost.gradient(step).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
-        jacobian = np.empty((self.rows.lower.size, self.layout.size))
-        for block, rows in zip(self.blocks, self._slices, strict=True):
-            slopes = block.function.chained(block.take(step.values), block.take(jacobians))
-            out = jacobian[rows].reshape(slopes.shape)
-            np.multiply(slopes, block.per_unit, out=out)
-        values = step.x, self.cost.value(step), self._row_values(step)
-        self._last_point = Point(*values, gradient, jacobian)
+        slopes = RowSlopes([self._slopes(block, step, jacobians) for block in self.blocks])
+        values = Values(step.x, self.cost.value(step), self._row_values(step))
+        self._last_point = WalkPoint(values, gradient, slopes)
         return self._last_point
+
+    def _slopes(
+        self, block: ConstraintBlock, step: Step | Steps, jacobians: Jacobians
+    ) -> Array | Product:
+        """Return the derivatives of scaled rows in x, shape (k, P)."""
+        product = jacobians.products.get(block.reads[0]) if len(block.reads) == 1 else None
+        through = block.take(jacobians) if product is None else product.local[block.where]
+        slopes = block.function.chained(block.take(step.values), through) * block.per_unit
+        if product is not None:
+            return Product(slopes, product.angles[block.where])
+        return slopes.reshape(block.size, -1)
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""

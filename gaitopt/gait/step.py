@@ -6,7 +6,7 @@ that not every walk needs are computed only if a constraint reads them.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Protocol
@@ -22,6 +22,7 @@ from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineInX
+from gaitopt.gait.walk_point import Product
 from gaitopt.mechanics.body_pairs import arm_pairs, leg_pairs
 from gaitopt.mechanics.capsule_distance import CapsuleGaps
 from gaitopt.mechanics.closed_chain import ClosedMotion
@@ -249,6 +250,21 @@ class DoubleSupportDerivatives:
     rear: Array
 
 
+class Jacobians(dict[Quantity, Array]):
+    """Derivatives of quantities in x, shape (K, entries, P) each; products are formed when read."""
+
+    def __init__(
+        self, formed: Mapping[Quantity, Array], products: Mapping[Quantity, Product]
+    ) -> None:
+        """Take tables, and of other quantities products."""
+        super().__init__(formed)
+        self.products = products
+
+    def __missing__(self, what: Quantity) -> Array:
+        self[what] = whole = self.products[what].whole
+        return whole
+
+
 @dataclass(frozen=True)
 class StepDerivatives:
     """Derivatives of a step with respect to x.
@@ -275,7 +291,7 @@ class StepDerivatives:
     turns: tuple[ShapedTurn, ...] = ()
     landing_angle: Array = field(default_factory=lambda: np.zeros(0))
     double: DoubleSupportDerivatives | None = None
-    jacobians: dict[Quantity, Array] = field(default_factory=dict)
+    jacobians: Jacobians = field(default_factory=lambda: Jacobians({}, {}))
 
 
 @dataclass(frozen=True)
@@ -419,15 +435,34 @@ def completed(values: dict[Quantity, Array], foot_yaw: Array, count: int) -> dic
 def chained(
     jacobian: dict[Quantity, PostureQuantityDerivatives], motion: Array, foot_yaw: Array | None
 ) -> dict[Quantity, Array]:
-    """Return the derivatives of the optional quantities in x, shape (N, entries, P).
+    """Return the derivatives in x of the optional quantities, those of `gap_products` left out.
 
     Args:
         jacobian: local derivatives.
         motion: derivatives of the joint angles, shape (N, n, P).
         foot_yaw: derivatives of `completed`'s, if it is free, shape (N, P).
+
+    Returns:
+        Shape (N, entries, P) each.
     """
-    found = {what: np.zeros((len(motion), 0, motion.shape[2])) for what in OPTIONAL}
-    found |= {what: derivatives.jacobian @ motion for what, derivatives in jacobian.items()}
-    if foot_yaw is not None and quantities.TRUNK in jacobian:
-        found[quantities.TRUNK][:, YAW] -= _HEADING * foot_yaw
+    nothing = np.zeros((len(motion), 0, motion.shape[2]))
+    found = {what: nothing for what in OPTIONAL if what not in jacobian}
+    if quantities.TRUNK in jacobian:
+        found[quantities.TRUNK] = trunk = jacobian[quantities.TRUNK].jacobian @ motion
+        if foot_yaw is not None:
+            trunk[:, YAW] -= _HEADING * foot_yaw
     return found
+
+
+def gap_products(
+    jacobian: dict[Quantity, PostureQuantityDerivatives], motion: Array
+) -> dict[Quantity, Product]:
+    """Return the derivatives in x of the gaps between bodies.
+
+    Args:
+        jacobian: local derivatives.
+        motion: derivatives of (q, dq, ddq), shape (N, 3 n, P).
+    """
+    angles = motion[:, : motion.shape[1] // 3]
+    gaps = (what for what in quantities.BODY_GAPS if what in jacobian)
+    return {what: Product(jacobian[what].jacobian, angles) for what in gaps}

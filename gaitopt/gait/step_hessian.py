@@ -171,10 +171,26 @@ def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]
         jacobians: of the quantities in x, shape (K, entries, P).
     """
     for (a, b), second in weights.second.items():
-        left, right = jacobians[a], second @ jacobians[b]
-        by_b = left.reshape(-1, len(H)).T @ right.reshape(-1, len(H))
-        H = H + (by_b if a is b else by_b + by_b.T)
+        left, right = jacobians[a], jacobians[b]
+        if a is b:
+            H = H + _quadratic(second, left)
+            continue
+        if len(right) == 1:  # it goes with each row of a, so that these are added first
+            by_b = np.tensordot(left, second, ((0, 1), (0, 1))) @ right[0]
+        else:
+            by_b = left.reshape(-1, len(H)).T @ (second @ right).reshape(-1, len(H))
+        H = H + by_b + by_b.T
     return (H + H.T) / 2.0
+
+
+def _quadratic(second: Array, jacobian: Array) -> Array:
+    """Return the sum over rows of J' S J, shape (P, P), of S (K, e, e) and J (K, e, P)."""
+    width, own = jacobian.shape[-1], second.diagonal(axis1=1, axis2=2)
+    if np.count_nonzero(second) == np.count_nonzero(own) and own.min(initial=0.0) >= 0.0:
+        # as of squared torques: a product with its own transpose is half the work
+        rooted = (np.sqrt(own)[:, :, None] * jacobian).reshape(-1, width)
+        return np.asarray(rooted.T @ rooted)
+    return np.asarray(jacobian.reshape(-1, width).T @ (second @ jacobian).reshape(-1, width))
 
 
 def cycle_hessian(

@@ -48,6 +48,7 @@ from gaitopt.gait.spline import (
     spline_basis,
 )
 from gaitopt.gait.step import (
+    Jacobians,
     PostureQuantities,
     ShapedTurn,
     Step,
@@ -55,6 +56,7 @@ from gaitopt.gait.step import (
     chained,
     completed,
     foot_turn_rows,
+    gap_products,
     with_foot,
 )
 from gaitopt.mechanics.foot_flat import FlatImpact, FlatJump
@@ -235,7 +237,7 @@ class StepModelBase(ABC):
     def _reads(
         self, local: StepDerivatives, motion: Array, effort: Array, yaw_end: Array | None
     ) -> dict[Quantity, Array]:
-        """Derivatives of the quantities in x, all but those of impacts and of a second foot.
+        """Derivatives of the quantities in x, all but those of impacts, a second foot, and gaps.
 
         Args:
             local: local derivatives.
@@ -510,7 +512,7 @@ class StepModel(StepModelBase):
         angle = np.zeros(0) if landing_angle is None else landing_angle
         return replace(
             local, coefficients=coefficients, motion=motion, turns=turns, landing_angle=angle,
-            jacobians=reads,
+            jacobians=Jacobians(reads, gap_products(local.optional, motion)),
         )  # fmt: skip
 
     def _shaped(self, step: Step, turn_rate: float, before: Array) -> tuple[ShapedTurn, ...]:

@@ -389,7 +389,7 @@ def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]
     A quantity without entries in some of them, as the wrench on a second foot that stands, is 0.
     """
     found = {}
-    for what in each[0]:
+    for what in quantities.ALL:
         parts, width = [one[what] for one in each], max(one[what].shape[1] for one in each)
         found[what] = np.concatenate(
             [

@@ -44,7 +44,7 @@ from gaitopt.gait.problem import WalkProblem, asked_blocks, walk_layout
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.shift_step import SIZE as SHIFT_SIZE
 from gaitopt.gait.shift_step import Shift, ShiftStepModel, shift_names, shift_scale, while_shifting
-from gaitopt.gait.step import Step, StepDerivatives
+from gaitopt.gait.step import Jacobians, Step, StepDerivatives
 from gaitopt.gait.step_model import Ends, Opening, StepModel
 from gaitopt.gait.stride import Steps, StepsLayout, joined_blocks, side_by_side
 from gaitopt.gait.task import Task
@@ -377,8 +377,8 @@ class TransitionProblem(WalkProblem):
     def _joined(self, x: Array, steps: tuple[Step, ...]) -> TransitionSteps:
         return TransitionSteps(x, steps, float(self.transition.finish.geometry[STEP_LENGTH]))
 
-    def _together(self, derivatives: tuple[StepDerivatives, ...]) -> dict[Quantity, Array]:
-        found = side_by_side([one.jacobians for one in derivatives])
+    def _together(self, derivatives: tuple[StepDerivatives, ...]) -> Jacobians:
+        found = Jacobians(side_by_side([one.jacobians for one in derivatives]), {})
         found[quantities.TRAVEL] = np.zeros((1, 2, self.layout.size))
         for number, model in enumerate(self.models):
             length, lasts = model.along("step_length"), model.along("duration")

@@ -262,9 +262,12 @@ class _Extraction:
     def _joint(self, joint: int) -> CompiledJoint:
         model, passive, kind = self.model, self.passive, self.kinds[int(self.model.jnt_type[joint])]
         name, pos = self.joint_names[joint], vector(model.jnt_pos[joint])
-        if kind == "ball":
+        if kind == "ball":  # its three rates have the same of each
             armature = float(model.dof_armature[int(model.jnt_dofadr[joint])])
-            return CompiledJoint(name, kind, pos, armature=armature)
+            return CompiledJoint(
+                name, kind, pos, armature=armature, damping=passive.damping(joint),
+                friction=passive.friction(joint), stiffness=passive.spring(joint)[0],
+            )  # fmt: skip
         limited = model.jnt_limited[joint] and not self.compiled.off("LIMIT")
         lower, upper = (float(end) for end in (model.jnt_range[joint] if limited else FREE))
         least, most = self.forces.ranges.get(joint, FREE)

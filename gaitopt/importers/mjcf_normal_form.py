@@ -93,14 +93,14 @@ _BALL = (
     _Attribute("type", "kind", str, str),
     _vector("pos", "pos"),
     _Attribute("armature", "armature", repr, _number),
+    _Attribute("frictionloss", "friction", repr, _number, True),
+    _Attribute("damping", "damping", _words, _numbers, True),
+    _Attribute("stiffness", "stiffness", _words, _numbers, True),
 )
 _JOINT = (
     *_BALL,
     _vector("axis", "axis"),
     _Attribute("ref", "ref", repr, _number),
-    _Attribute("frictionloss", "friction", repr, _number),
-    _Attribute("damping", "damping", _words, _numbers, True),
-    _Attribute("stiffness", "stiffness", _words, _numbers, True),
     _Attribute("springref", "rest", repr, _number, True),
 )
 _RANGES = (

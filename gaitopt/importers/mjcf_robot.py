@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.polynomial import Polynomial
 
+from gaitopt.bounds import ARMATURE
 from gaitopt.importers.ties import Tie
 from gaitopt.units import motion_words
 
@@ -292,6 +293,9 @@ def _joint_fault(joint: CompiledJoint) -> str:
         )
     if min(joint.armature, joint.friction, *joint.damping[:1], *joint.stiffness[:1]) < 0.0:
         return "its armature, damping, frictionloss and stiffness may not be below 0; correct them"
+    if joint.armature > ARMATURE:
+        unit = motion_words("kg·m²", slides=joint.kind == "slide")
+        return f"its armature is {joint.armature:g} {unit}; at most {ARMATURE:g} {unit}; correct it"
     return ""
 
 

@@ -20,6 +20,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import ARMATURE
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
 from gaitopt.importers.pinocchio_model import joint_model, sound_inertia
@@ -206,6 +207,16 @@ def _unfit(names: list[str], actuators: int, robot: Description) -> str:
 
 
 def _rotor(entry: NamedElement, joint: str) -> Rotor:
+    rotor = _rotor_as_written(entry, joint)
+    if rotor.armature > ARMATURE:
+        raise entry.refusal(
+            f"seen from its joint its rotor has {rotor.armature:g} kg·m² (inertia times the "
+            f"reduction squared); at most {ARMATURE:g} kg·m²; correct it"
+        )
+    return rotor
+
+
+def _rotor_as_written(entry: NamedElement, joint: str) -> Rotor:
     direct = _value(entry, _ARMATURE, "kg·m²") if entry.element.tag != "transmission" else None
     if direct is not None and direct >= 0.0:
         return Rotor(joint, direct, 1.0, True)

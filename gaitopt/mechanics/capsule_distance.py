@@ -13,6 +13,7 @@ where a nearest point reaches an end.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ _TOUCHING = 1e-9  # m: a shorter distance has no direction
 
 @dataclass(frozen=True)
 class Nearest:
-    """Nearest points of M pairs of segments.
+    """Nearest points of M pairs of segments; in memory the components come first.
 
     Attributes:
         along: direction vectors of first and second segment [m], shape (M, 2, 3).
@@ -49,10 +50,11 @@ class Nearest:
     second: Array
     between: Array
 
-    @property
+    @cached_property
     def distance(self) -> Array:
         """Distance [m], shape (M,)."""
-        return np.asarray(np.linalg.norm(self.between, axis=1))
+        between = self.between.T
+        return np.asarray(np.sqrt(_dot(between, between)))
 
     def pick(self, chosen: Array) -> Nearest:
         """Return some of the pairs, by their numbers (K,)."""
@@ -67,8 +69,10 @@ def nearest(first: Array, second: Array) -> Nearest:
     The method is that of Ericson (Real-Time Collision Detection, 2005, section 5.1.9): the nearest
     points of the lines, then each clamped to its segment.
     """
-    p, q = first[:, 1] - first[:, 0], second[:, 1] - second[:, 0]
-    apart = first[:, 0] - second[:, 0]
+    (start, end), (begin, stop) = (
+        np.ascontiguousarray(s.transpose(1, 2, 0)) for s in (first, second)
+    )
+    p, q, apart = end - start, stop - begin, start - begin
     pp, qq, pq = _dot(p, p), _dot(q, q), _dot(p, q)
     p_apart, q_apart = _dot(p, apart), _dot(q, apart)
     skewed = pp * qq - pq**2
@@ -79,9 +83,9 @@ def nearest(first: Array, second: Array) -> Nearest:
     t_free = (pq * s + q_apart) / np.maximum(qq, _POINT)
     t = np.clip(t_free, 0.0, 1.0)
     s = np.where(t == t_free, s, np.clip((pq * t - p_apart) / short, 0.0, 1.0))
-    here = second[:, 0] + t[:, None] * q
-    there = first[:, 0] + s[:, None] * p
-    return Nearest(np.stack([p, q], axis=1), np.stack([s, t], axis=1), here, there - here)
+    here, there = begin + t * q, start + s * p
+    along, share = np.stack([p, q]).transpose(2, 0, 1), np.stack([s, t]).T
+    return Nearest(along, share, here.T, (there - here).T)
 
 
 def distance_force(near: Nearest) -> Array:
@@ -89,8 +93,9 @@ def distance_force(near: Nearest) -> Array:
 
     A joint with world axis S that moves the second segment changes the distance by S . force.
     """
-    direction = near.between / np.maximum(near.distance, _TOUCHING)[:, None]
-    return -np.concatenate([direction, cross(near.second, direction)], axis=1)
+    x, y, z = toward = near.between.T / -np.maximum(near.distance, _TOUCHING)
+    a, b, c = near.second.T
+    return np.stack([*toward, b * z - c * y, c * x - a * z, a * y - b * x]).T
 
 
 def distance_hessian(
@@ -121,7 +126,7 @@ def distance_hessian(
 def _given_way(near: Nearest, w: Array, moved: Array) -> Array:
     """phi_qu phi_uu^-1 phi_uq: what the nearest points give way, shape (M, j, j)."""
     p, q = near.along[:, 0], near.along[:, 1]
-    pp, qq, pq = _dot(p, p), _dot(q, q), _dot(p, q)
+    pp, qq, pq = _dot(p.T, p.T), _dot(q.T, q.T), _dot(p.T, q.T)
     free = (near.share > 0.0) & (near.share < 1.0)
     free &= np.stack([pp, qq], axis=1) > _POINT
     s, t = free[:, 0], free[:, 1]
@@ -141,7 +146,8 @@ def _given_way(near: Nearest, w: Array, moved: Array) -> Array:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.asarray(np.einsum("mi,mi->m", a, b))
+    """Return the products of vectors (3, M)."""
+    return np.asarray(np.einsum("im,im->m", a, b))
 
 
 Pair = tuple[Capsule, Capsule]
@@ -220,8 +226,9 @@ class CapsuleGaps(PostureQuantity):
     def _near(self, placed: Placements) -> Nearest:
         rotation, origin = placed.rotation[:, self._carriers], placed.origin[:, self._carriers]
         ends = self._ends @ rotation.swapaxes(-1, -2) + origin[..., None, :]
-        first, second = self._sides
-        return nearest(ends[:, first].reshape(-1, 2, 3), ends[:, second].reshape(-1, 2, 3))
+        ends = ends.transpose(2, 3, 0, 1)
+        sides = (ends[..., side].reshape(2, 3, -1) for side in self._sides)
+        return nearest(*(side.transpose(2, 0, 1) for side in sides))
 
     def _gaps(self, near: Nearest) -> Array:
         return np.asarray(near.distance.reshape(-1, len(self._radii)) - self._radii)

@@ -13,12 +13,13 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
+from gaitopt.bounds import ARMATURE
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.sole import Sole
 from gaitopt.settings import NO_LIMIT, checked
-from gaitopt.units import read_motion, read_quantity
+from gaitopt.units import motion_words, read_motion, read_quantity
 
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]
@@ -53,7 +54,6 @@ GRAVITY_WORDS = (
     f"a walk needs at least {LEAST_GRAVITY:g} m/s² to press the feet on the ground, and more than "
     f"{MOST_GRAVITY:g} m/s² is nowhere"
 )
-_MOST_ARMATURE = 1000.0  # kg·m²: a leg of 10 kg and 1 m has 3 about its hip
 
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
@@ -107,10 +107,11 @@ class LimitOverride:
         for name in ("torque", "speed"):
             if (value := getattr(self, name)) is not None and not value > 0.0:
                 raise RobotError(f"limits of '{self.joints}': {name} is {value:g}; it must be > 0")
-        if self.armature is not None and not 0.0 <= self.armature <= _MOST_ARMATURE:
+        if self.armature is not None and not 0.0 <= self.armature <= ARMATURE:
+            unit = motion_words(LIMIT_UNITS["armature"], slides="kg" in self.units)
             raise RobotError(
-                f"limits of '{self.joints}': armature is {self.armature:g} kg·m²; it must be "
-                f"from 0 to {_MOST_ARMATURE:g} kg·m²"
+                f"limits of '{self.joints}': armature is {self.armature:g} {unit}; it must be "
+                f"from 0 to {ARMATURE:g} {unit}"
             )
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise RobotError(

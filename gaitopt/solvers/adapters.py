@@ -46,7 +46,7 @@ class Evaluator:
         self._count(x)
         point = self.nlp.point(x)
         finite_values(point)
-        if not (np.isfinite(point.gradient).all() and np.isfinite(point.jacobian).all()):
+        if not point.finite:
             raise EvaluationError("a derivative of the program is not a finite number")
         return point
 

@@ -203,8 +203,9 @@ def judge(
     predicted = model.predicted_decrease(judged.d)
     for_cost = judged.slack <= NEGLIGIBLE_SLACK and predicted > SWITCH * iterate.violation**2
     fell = fall >= SUFFICIENT * predicted - rounding
-    curved = values.rows - iterate.point.rows - model.jacobian @ judged.d
-    surprise = fall - predicted - float(judged.multipliers @ curved)
+    pressing = np.flatnonzero(judged.multipliers)  # few of thousands
+    curved = (values.rows - iterate.point.rows - judged.change)[pressing]
+    surprise = fall - predicted - float(judged.multipliers[pressing] @ curved)
     promised = predicted + weight * (iterate.violation - judged.slack)
     kept = fall + weight * (iterate.violation - violation)
     return Trial(

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.errors import MissingExtraError
-from gaitopt.nlp import Array, Point, Solution, Status
+from gaitopt.nlp import Array, Indices, Point, Solution, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.multipliers import one_sided
@@ -24,7 +24,6 @@ from gaitopt.solvers.solver import (
     make_iterate,
     with_least_squares_multipliers,
 )
-from gaitopt.solvers.subproblem import Indices
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 STATUS = {

@@ -38,9 +38,7 @@ def least_squares_multipliers(
     ]
     row_up, row_down, up, down = (np.flatnonzero(side) for side in sides)
     unit = np.eye(point.x.size)
-    columns = np.vstack(
-        [point.jacobian[row_up], -point.jacobian[row_down], unit[up], -unit[down]]
-    ).T
+    columns = np.vstack([point.slopes[row_up], -point.slopes[row_down], unit[up], -unit[down]]).T
     if columns.shape[1] == 0:
         return np.zeros(m), np.zeros(point.x.size)
     target = -nlp.cost_scale * point.gradient

@@ -135,7 +135,7 @@ def _pressing(nlp: NLP, iterate: Iterate) -> tuple[NDArray[np.intp], NDArray[np.
 def _gradients(nlp: NLP, point: Point, held: NDArray[np.intp], at_bound: NDArray[np.intp]) -> Array:
     """Return the gradients in scaled variables of rows, then of bounds, shape (k, n)."""
     scale = nlp.variables.scale
-    return np.vstack([point.jacobian[held] * scale, np.eye(scale.size)[at_bound]])
+    return np.vstack([point.slopes[held] * scale, np.eye(scale.size)[at_bound]])
 
 
 def _factor(matrix: Array) -> Array | None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.nlp import NLP, Array
+from gaitopt.nlp import NLP, Array, Indices, Slopes
 from gaitopt.solvers.hessian import ConvexModel, convexify, unchanged
 from gaitopt.solvers.qp import QuadraticProgram, solve_qp
 from gaitopt.solvers.solver import Iterate
@@ -37,7 +37,27 @@ program at first. A fifth of those within 0.3 are; a few programs more take two 
 (measured: docs/decisions/compiled.md)."""
 
 Mask = NDArray[np.bool_]
-Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class ScaledSlopes:
+    """The Jacobian of the rows in scaled variables.
+
+    Attributes:
+        slopes: in the variables as they are.
+        scale: of the variables, shape (n,).
+    """
+
+    slopes: Slopes
+    scale: Array
+
+    def __getitem__(self, rows: Indices) -> Array:
+        """Return some rows by their numbers, ascending (k,), shape (k, n)."""
+        return self.slopes[rows] * self.scale
+
+    def __matmul__(self, d: Array) -> Array:
+        """Return the change of all rows along a step (n,), shape (m,)."""
+        return self.slopes @ (self.scale * d)
 
 
 @dataclass(frozen=True)
@@ -48,8 +68,8 @@ class LocalModel:
         gradient: of the scaled cost, shape (n,).
         hessian: of the Lagrangian, unmodified, shape (n, n).
         convex: model in (d, s), see `convexify`.
-        jacobian: of the rows, shape (m, n).
-        row_sizes: 1-norm of each row of the Jacobian, shape (m,).
+        jacobian: of the rows.
+        row_sizes: 1-norm of each row of the Jacobian, or a bound of it, shape (m,).
         below, above: limits of the rows less their values, shape (m,).
         bound_below, bound_above: the same for the variables, shape (n,).
         up, down: rows believed active at their upper, lower limit.
@@ -59,7 +79,7 @@ class LocalModel:
     gradient: Array
     hessian: Array
     convex: ConvexModel
-    jacobian: Array
+    jacobian: Slopes
     row_sizes: Array
     below: Array
     above: Array
@@ -89,14 +109,14 @@ def build_model(
         tight: whether the slack is believed to be zero at the next step.
     """
     point, scale = iterate.point, nlp.variables.scale
-    jacobian = point.jacobian * scale
+    jacobian = ScaledSlopes(point.slopes, scale)
     up, down = _signs(iterate.multipliers)
     bound_up, bound_down = _signs(iterate.bound_multipliers)
     elastic = _with_slack(hessian, STIFFNESS * penalty)
     if definite:
         convex = unchanged(elastic)
     elif tight:
-        convex = convexify(elastic, _active(jacobian, up, down, bound_up, bound_down))
+        convex = convexify(elastic, _active(jacobian, up, down, bound_up, bound_down, scale.size))
     else:
         # With slack left the rows do not fix the step's range part (measured: it stalls).
         convex = convexify(elastic, np.zeros((0, elastic.shape[0])))
@@ -105,7 +125,7 @@ def build_model(
         hessian=hessian,
         convex=convex,
         jacobian=jacobian,
-        row_sizes=np.abs(point.jacobian) @ scale,
+        row_sizes=point.most_change(scale),
         below=nlp.rows.lower - point.rows,
         above=nlp.rows.upper - point.rows,
         bound_below=(nlp.variables.lower - point.x) / scale,
@@ -130,7 +150,7 @@ def with_active(model: LocalModel, iterate: Iterate, penalty: float) -> LocalMod
     if all(np.array_equal(one, other) for one, other in zip(told, known, strict=True)):
         return model
     elastic = _with_slack(model.hessian, STIFFNESS * penalty)
-    convex = convexify(elastic, _active(model.jacobian, *told))
+    convex = convexify(elastic, _active(model.jacobian, *told, model.gradient.size))
     up, down, bound_up, bound_down = told
     return replace(model, convex=convex, up=up, down=down, bound_up=bound_up, bound_down=bound_down)
 
@@ -144,13 +164,12 @@ def _with_slack(hessian: Array, stiffness: float) -> Array:
 
 
 def _active(
-    jacobian: Array, up: Indices, down: Indices, bound_up: Indices, bound_down: Indices
+    jacobian: Slopes, up: Indices, down: Indices, bound_up: Indices, bound_down: Indices, n: int
 ) -> Array:
     """Return the gradients in (d, s) of the rows believed active, shape (k, n + 1).
 
     The last is that of s = 0.
     """
-    n = jacobian.shape[1]
     unit = np.eye(n)
     rows = np.vstack([jacobian[up], -jacobian[down]])
     bounds = np.vstack([unit[bound_up], -unit[bound_down]])
@@ -174,7 +193,7 @@ class Subproblem:
     Attributes:
         gradient: linear cost of (d, s), shape (n + 1,).
         hessian: quadratic cost of (d, s), shape (n + 1, n + 1), positive definite.
-        jacobian: J, shape (m, n).
+        jacobian: J.
         below, above: lower - c and upper - c, shape (m,).
         box_lower, box_upper: shape (n,).
         use_below, use_above: rows whose lower, upper side is given at first, shape (m,).
@@ -182,7 +201,7 @@ class Subproblem:
 
     gradient: Array
     hessian: Array
-    jacobian: Array
+    jacobian: Slopes
     below: Array
     above: Array
     box_lower: Array
@@ -198,6 +217,7 @@ class ElasticStep:
     Attributes:
         d: step, shape (n,).
         slack: s, the violation the linear model still has after the step.
+        change: J d, of the rows, shape (m,).
         multipliers: of the rows, shape (m,), positive at upper limits.
         box_multipliers: of the box, shape (n,), positive at upper limits.
         use_below, use_above: the rows that were needed, shape (m,).
@@ -205,6 +225,7 @@ class ElasticStep:
 
     d: Array
     slack: float
+    change: Array
     multipliers: Array
     box_multipliers: Array
     use_below: Mask
@@ -262,7 +283,7 @@ def pose_correction(
         radius: of the trust region.
         penalty: nu.
     """
-    curved = change - model.jacobian @ step.d
+    curved = change - step.change
     below, above = model.below - curved, model.above - curved
     return replace(
         posed,
@@ -304,9 +325,8 @@ def solve_subproblem(problem: Subproblem, backend: str) -> ElasticStep | None:
         step = _solve_screened(problem, backend)
         if step is None:
             return None
-        moved = problem.jacobian @ step.d
-        missed_below = (problem.below - moved > step.slack + MISSED) & ~problem.use_below
-        missed_above = (moved - problem.above > step.slack + MISSED) & ~problem.use_above
+        missed_below = (problem.below - step.change > step.slack + MISSED) & ~problem.use_below
+        missed_above = (step.change - problem.above > step.slack + MISSED) & ~problem.use_above
         if not (missed_below.any() or missed_above.any()):
             return step
         problem = replace(
@@ -327,9 +347,11 @@ def _solve_screened(problem: Subproblem, backend: str) -> ElasticStep | None:
     multipliers = np.zeros(problem.below.size)
     multipliers[above] += solution.rows[: above.size]
     multipliers[below] -= solution.rows[above.size :]
+    d = np.clip(solution.x[:n], problem.box_lower, problem.box_upper)
     return ElasticStep(
-        d=np.clip(solution.x[:n], problem.box_lower, problem.box_upper),
+        d=d,
         slack=max(0.0, float(solution.x[n])),
+        change=problem.jacobian @ d,
         multipliers=multipliers,
         box_multipliers=solution.bounds[:n],
         use_below=problem.use_below,

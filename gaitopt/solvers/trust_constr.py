@@ -22,6 +22,7 @@ import numpy as np
 from gaitopt.nlp import (
     NLP,
     Array,
+    Indices,
     Point,
     Solution,
     Status,
@@ -38,7 +39,6 @@ from gaitopt.solvers.solver import (
     make_iterate,
     with_least_squares_multipliers,
 )
-from gaitopt.solvers.subproblem import Indices
 from gaitopt.tolerances import ACTIVITY, FEASIBILITY, FEASIBLE, OPTIMALITY
 
 if TYPE_CHECKING:

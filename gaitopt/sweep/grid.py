@@ -120,6 +120,15 @@ def quantity_unit(name: str) -> str:
     return ""
 
 
+def read_named(name: str, text: str) -> float:
+    """Return a value of such a quantity in its SI unit.
+
+    Raises:
+        ValueError: it is none; the message says what to give.
+    """
+    return read_quantity(text, quantity_unit(name))
+
+
 def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:
     try:
         numbers = tuple(round(float(v), DIGITS) for v in islice(values, POINTS + 1))

@@ -66,6 +66,27 @@ def walk(quick, cli, tmp_path_factory):
     return Walk(folder, report.stdout, said.stdout, load_gait(folder / "gait.npz"))
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("*_inner_motor=0.2kg", None),
+        ("*_inner_motor=200g", None),
+        ("*_inner_motor=0.2", None),
+        ("*_outer_motor=0.2kg", "given in kg, but joint '.*_outer_motor' turns; give kg·m²"),
+        ("*_inner_motor=3 g·cm²", "given in kg·m², but joint '.*_inner_motor' slides; give kg, or"),
+        ("*_inner_motor=2000kg", "armature is 2000 kg; it must be from 0 to 1000 kg$"),
+        ("*_inner_motor=2lb", "give a number in kg·m², .*; for a joint that slides: kg, g"),
+    ],
+)
+def test_units_of_armature_are_those_of_the_joint(given, said, cli, tmp_path):
+    text = parallel_ankles(sliding=("inner",), torque=100.0, narrow=True)
+    (tmp_path / "biped.xml").write_text(text, "utf-8")
+    result = cli("inspect", "--urdf", tmp_path / "biped.xml", "--armature", given)
+    words = " ".join((result.stderr if said else result.stdout).split())
+    assert result.exit_code == (2 if said else 0)
+    assert re.search(said or "armature 0.2 kg ", words), words
+
+
 def between(text, begin, end):
     assert text.count(begin) == 1
     return text.split(begin)[1].split(end)[0]

@@ -131,8 +131,10 @@ def test_a_file_takes_every_unit_that_options_take(tmp_path: Path):
     assert read["trunk_pitch"] == pytest.approx(math.radians(10.0))
     assert read["swing_tilt"] == pytest.approx(math.sin(math.radians(10.0)))
     assert read["fix"] == {"pelvis_roll": pytest.approx(math.radians(3.0))}
-    assert read["armature"] == {"*knee*": pytest.approx(2e-5)}
-    assert make_request({}, path).settings["speed"] == pytest.approx(1.0)
+    request = make_request({}, path)
+    assert request.settings["speed"] == pytest.approx(1.0)
+    rotors = {one.joints: one.armature for one in request.robot.choices.limits}
+    assert rotors == {"*knee*": pytest.approx(2e-5)}
     path.write_text('[margins]\ntrunk_pitch = "10rpm"\n')
     with pytest.raises(InputError, match=r"margins.trunk_pitch = '10rpm' is wrong; .* rad, deg, °"):
         read_config(path)

@@ -334,6 +334,27 @@ def test_what_motors_of_loops_lose_is_told_as_left_out():
     assert told("friction") == damping
 
 
+def test_what_balls_of_rods_lose_is_told_as_left_out():
+    """Of the text that a gait file keeps too."""
+    lossy = [
+        at(f".//joint[@name='{side}_{name}_pin']", frictionloss="0.3", damping="0.2", stiffness="4")
+        for side in ("left", "right")
+        for name in RODS
+    ]
+    robot = Robot.from_urdf(edited(parallel_ankles(), together(*lossy)))
+    pins = "right_inner_pin, right_outer_pin, left_inner_pin, left_outer_pin"
+    for one in (robot, Robot.from_urdf(robot.urdf, choices=robot.choices)):
+        found = {
+            f.text.split(";")[0]
+            for f in one.findings
+            if set(f.subject.split(", ")) == set(pins.split(", ")) and f.how == "warning"
+        }
+        assert found == {
+            "Coulomb friction 0.3 N·m", "torque against the motion 0.2 N·m·s/rad",
+            "spring 4 N·m/rad, at rest at 0 rad",
+        }  # fmt: skip
+
+
 def motor_at_the_roll(root):
     for motor in root.findall("actuator/motor"):
         if "inner" in motor.get("joint"):

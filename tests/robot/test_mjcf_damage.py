@@ -135,6 +135,9 @@ DAMAGE = {
     "class with an armature below zero": (
         in_class("joint", armature="-0.1"), KNEE, f"{KNEE_SAYS}its armature, .* may not be below 0"
     ),
+    "armature of a ship": (
+        joint(armature="1e4"), "1e4", f"{KNEE_SAYS}its armature is 10000 kg·m²; at most 1000 kg·m²"
+    ),
     "armature is nan": (joint(armature="nan"), "nan", f"{KNEE_SAYS}its armature is 'nan'"),
     "armature is infinite": (joint(armature="inf"), "inf", f"{KNEE_SAYS}not all of its numbers"),
     "damping is text": (joint(damping="low"), "low", f"{KNEE_SAYS}{MUJOCO}.*attribute 'damping'"),

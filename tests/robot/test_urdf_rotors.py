@@ -107,6 +107,10 @@ def test_a_reduction_alone_changes_nothing():
         ),
         ("<motorInertia>1</motorInertia><motorInertia>2</motorInertia>", "is 2, but 1 is given as"),
         ("<motorInertia>1</motorInertia><gear_ratio>0</gear_ratio>", "its reduction is 0"),
+        (
+            "<motorInertia>1</motorInertia><gear_ratio>50</gear_ratio>",
+            r"seen from its joint its rotor has 2500 kg·m² .*; at most 1000 kg·m²; correct it",
+        ),
         ("<motorInertia>1</motorInertia><gear_ratio>4_0</gear_ratio>", "<gear_ratio> is '4_0'"),
     ],
 )
