@@ -196,59 +196,30 @@ def _moving_bodies(motion: Motion) -> BodyMotion:
     """Return the motion of the bodies, outward from the base, all instants at once."""
     body, samples = motion.body, motion.samples
     q, dq = motion.whole
-    turns, attitudes = [motion.base_rotation], [samples.base_quaternion]
+    turns, rotations = [Rotation.from_quat(samples.base_quaternion)], [motion.base_rotation]
     places = [samples.base_position]
     linear, angular = [motion.base_velocity[:, :3]], [motion.base_velocity[:, 3:]]
     for row, parent in enumerate(body.parent):
         own = 0 if parent == BASE else int(parent) + 1
-        rotation = _times(turns[own], body.placement[row, :3, :3])
-        axis = _times(rotation, body.axis[row])
-        arm = _times(turns[own], body.placement[row, :3, 3])
-        fixed = Rotation.from_matrix(body.placement[row, :3, :3]).as_quat()
-        attitude = _product(attitudes[own], fixed)
-        w, slide = angular[own], np.zeros(1)
+        turn, along = Rotation.from_matrix(body.placement[row, :3, :3]), body.axis[row]
         if body.revolute[row]:
-            half = q[:, row, None] / 2.0
-            spin = np.hstack([body.axis[row] * np.sin(half), np.cos(half)])
-            attitude = _product(attitude, spin)
-            rotation = _turned_about(rotation, body.axis[row], q[:, row])
-            angular.append(w + axis * dq[:, row, None])
-        else:
-            arm = arm + axis * q[:, row, None]
-            slide = axis * dq[:, row, None]
-            angular.append(w)
-        turns.append(rotation)
-        attitudes.append(attitude)
+            turn = turn * Rotation.from_rotvec(q[:, row, None] * along)
+        turns.append(turns[own] * turn)
+        rotations.append(turns[-1].as_matrix())
+        arm, axis = rotations[own] @ body.placement[row, :3, 3], rotations[-1] @ along
+        spin, slide = axis * dq[:, row, None], 0.0 * axis
+        if not body.revolute[row]:
+            arm, spin, slide = arm + axis * q[:, row, None], slide, spin
         places.append(places[own] + arm)
-        linear.append(linear[own] + np.cross(w, arm) + slide)
+        linear.append(linear[own] + np.cross(angular[own], arm) + slide)
+        angular.append(angular[own] + spin)
     shape = (len(q), len(motion.bodies))
     position, velocity, rate = np.empty((*shape, 3)), np.empty((*shape, 3)), np.empty((*shape, 3))
     quaternion = np.empty((*shape, 4))
     for column, (index, anchor) in enumerate(zip(motion.bodies, motion.anchors, strict=True)):
-        shift = _times(turns[index], -anchor)  # from the joint to the body's own frame
+        shift = rotations[index] @ -anchor  # from the joint to the body's own frame
         position[:, column] = places[index] + shift
         velocity[:, column] = linear[index] + np.cross(angular[index], shift)
         rate[:, column] = angular[index]
-        quaternion[:, column] = attitudes[index]
+        quaternion[:, column] = turns[index].as_quat()
     return BodyMotion(position, _continuous(quaternion), velocity, rate)
-
-
-def _product(first: Array, second: Array) -> Array:
-    """Return the products of quaternions x y z w, shape (T, 4)."""
-    u, s, v, t = first[..., :3], first[..., 3:], second[..., :3], second[..., 3:]
-    real = s * t - np.sum(u * v, axis=-1, keepdims=True)
-    return np.concatenate([s * v + t * u + np.cross(u, v), real], axis=-1)
-
-
-def _times(rotations: Array, constant: Array) -> Array:
-    """Return rotations (T, 3, 3) times a matrix (3, 3) or a vector (3,), all in one product."""
-    found = rotations.reshape(-1, 3) @ constant
-    return np.asarray(found.reshape(-1, 3, *constant.shape[1:]))
-
-
-def _turned_about(rotations: Array, axis: Array, angles: Array) -> Array:
-    """Return rotations (T, 3, 3) followed by turns about a unit axis, by Rodrigues' formula."""
-    K = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-    first = _times(rotations, K)
-    sine, rest = np.sin(angles)[:, None, None], (1.0 - np.cos(angles))[:, None, None]
-    return np.asarray(rotations + sine * first + rest * _times(first, K))
