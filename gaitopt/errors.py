@@ -19,6 +19,12 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     return f"did you mean '{close[0]}'? " if close else ""
 
 
+def there_are(known: Iterable[str], name: object) -> str:
+    """Return which names there are, after the question whether the nearest of them was meant."""
+    names = list(known)
+    return f"{did_you_mean(name, names)}there are {', '.join(names)}"
+
+
 class GaitoptError(Exception):
     """Base of all gaitopt errors.
 

@@ -7,7 +7,7 @@ says, and its friction takes a constant torque at the joint.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, field, fields, replace
 from functools import cache
 from importlib.resources import files
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitopt.errors import SpecError, did_you_mean
+from gaitopt.errors import SpecError, there_are
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.model.import_options import LimitOverride, matching
 from gaitopt.nlp import Array
@@ -305,7 +305,7 @@ class MotorTable:
         found = [k for k, one in enumerate(self.drives) if joints in ("", one.joints)]
         if not found:
             known = dict.fromkeys(one.joints for one in self.drives)
-            raise SpecError(f"no drive has the joints '{joints}'; {_there_are(known, joints)}")
+            raise SpecError(f"no drive has the joints '{joints}'; {there_are(known, joints)}")
         return found
 
     def record(self) -> list[dict[str, Any]]:
@@ -340,7 +340,7 @@ def _with_number(drive: Drive, name: str, value: float) -> Drive:
     if name in _units(Drive):
         return replace(drive, **{name: value})  # type: ignore[arg-type]
     if name not in motor_quantities():
-        raise SpecError(f"a drive has no number '{name}'; {_there_are(motor_quantities(), name)}")
+        raise SpecError(f"a drive has no number '{name}'; {there_are(motor_quantities(), name)}")
     return replace(drive, motor=replace(drive.motor, **{name: value}))  # type: ignore[arg-type]
 
 
@@ -433,7 +433,7 @@ def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor],
     if unknown := [n for n in names if not isinstance(n, str) or n not in there]:
         raise SpecError(
             f"{where}: known: there is no motor '{str(unknown[0])[:60]}'; "
-            f"{_there_are(there, unknown[0])}"
+            f"{there_are(there, unknown[0])}"
         )
     motors = {name: there[name] for name in names}
     motors |= {name: _motor(where, name, one) for name, one in own.items()}
@@ -500,7 +500,7 @@ def _drive(where: str, number: int, entry: object, motors: Mapping[str, Motor]) 
     values = _numbers(what, entry, Drive, ("joints", "motor"))
     if values["motor"] not in motors:
         name = values["motor"]
-        raise SpecError(f"{what}: there is no motor '{name}'; {_there_are(motors, name)}")
+        raise SpecError(f"{what}: there is no motor '{name}'; {there_are(motors, name)}")
     return Drive(**{**values, "motor": motors[values["motor"]]})
 
 
@@ -527,10 +527,6 @@ def _numbers(where: str, entry: object, kind: type, texts: tuple[str, ...]) -> d
         except ValueError as error:
             raise SpecError(f"{where}: {name} = {str(value)[:60]!r} is wrong; {error}") from None
     return values
-
-
-def _there_are(names: Iterable[str], wanted: object) -> str:
-    return f"{did_you_mean(wanted, names)}there are {', '.join(names)}"
 
 
 def _units(kind: type) -> dict[str, str]:

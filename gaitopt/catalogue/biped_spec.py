@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from gaitopt.bounds import shown
 from gaitopt.errors import SpecError
 from gaitopt.settings import checked
 from gaitopt.units import in_si
@@ -301,7 +302,7 @@ def _checked(part: Part, expected: type[Part], path: str) -> Part:
     """Return a dataclass with every number below it checked and made a float."""
     if not isinstance(part, expected) or not is_dataclass(part):
         raise SpecError(
-            f"{path} must be a {expected.__name__}, got {_shown(part)}; build one from its fields"
+            f"{path} must be a {expected.__name__}, got {shown(part)}; build one from its fields"
         )
     changes: dict[str, Any] = {}
     for entry in fields(part):
@@ -324,7 +325,7 @@ def _checked_array(value: object, allowed: Allowed, shape: tuple[int, ...], path
     if len(rows) != shape[0]:
         raise SpecError(
             f"{path} must be a list of {' x '.join(map(str, shape))} numbers in {allowed.unit}, "
-            f"got {_shown(value)}; give them in the order x, y, z"
+            f"got {shown(value)}; give them in the order x, y, z"
         )
     return tuple(
         _checked_array(row, allowed, shape[1:], f"{path}[{i}]") for i, row in enumerate(rows)
@@ -335,7 +336,7 @@ def _checked_number(value: object, allowed: Allowed, path: str) -> float:
     value = in_si(value, allowed.unit)
     if isinstance(value, bool) or not isinstance(value, Real):
         raise SpecError(
-            f"{path} must be a number in {allowed.unit}, got {_shown(value)}; allowed: {allowed}"
+            f"{path} must be a number in {allowed.unit}, got {shown(value)}; allowed: {allowed}"
         )
     try:
         number = float(value)
@@ -347,11 +348,6 @@ def _checked_number(value: object, allowed: Allowed, path: str) -> float:
             "check the value and its unit"
         )
     return number + 0.0  # -0.0 becomes 0.0: one number, one spelling
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def checked_inertia(inertia: Matrix3, path: str) -> Matrix3:

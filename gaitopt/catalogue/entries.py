@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.catalogue.urdf_writer import urdf_text
-from gaitopt.errors import InputError, MissingExtraError, did_you_mean
+from gaitopt.errors import InputError, MissingExtraError, did_you_mean, there_are
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.model.import_options import ImportOptions, LimitOverride, choices_from_record
 
@@ -164,8 +164,7 @@ def entry_by_name(name: str) -> CatalogueEntry:
     entries = {entry.name: entry for entry in catalogue()}
     if name not in entries:
         raise InputError(
-            f"the catalogue has no robot '{name}'; {did_you_mean(name, entries)}"
-            f"there are {', '.join(entries)}. "
+            f"the catalogue has no robot '{name}'; {there_are(entries, name)}. "
             "Any other robot: give its file, --urdf FILE (in Python Robot.from_urdf)"
         )
     return entries[name]

@@ -12,7 +12,7 @@ from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.cli import command_options
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.errors import InputError, did_you_mean
+from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import COSTS, Cost
 from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
@@ -344,7 +344,7 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
     schema = {**schema, SWEEP_SECTION: _by_name(*SWEEP), LIMITS: {}}
     for section, entries in table.items():
         if section not in schema:
-            raise InputError(f"{path}: {_unknown('section', section, list(schema))}")
+            raise InputError(f"{path}: unknown section '{section}'; {there_are(schema, section)}")
         if not isinstance(entries, Mapping):
             other = "; [[limits]] belong into the file for --choices" if section == LIMITS else ""
             raise InputError(
@@ -356,7 +356,9 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
         known = schema[section]
         for name, value in entries.items():
             if name not in known:
-                raise InputError(f"{path}: {_unknown(f'entry in [{section}]', name, list(known))}")
+                raise InputError(
+                    f"{path}: unknown entry in [{section}] '{name}'; {there_are(known, name)}"
+                )
             typed = _as_typed(name, value) if section == SWEEP_SECTION else value
             settings[name] = _value(path, f"{section}.{name}", typed, known[name])
     return settings
@@ -413,10 +415,6 @@ def _value(path: Path, name: str, value: object, wanted: Setting) -> object:
     if wanted.kind == FILE:
         return path.parent / read
     return [path.parent / one for one in read] if wanted.kind == FILES else read
-
-
-def _unknown(what: str, name: str, known: list[str]) -> str:
-    return f"unknown {what} '{name}'; {did_you_mean(name, known)}there are {', '.join(known)}"
 
 
 def option_words(name: str, value: object) -> list[str]:

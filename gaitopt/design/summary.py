@@ -513,7 +513,7 @@ def named_groups(gait: Recorded) -> list[tuple[str, tuple[int, ...]]]:
     return found
 
 
-def pair_name(gait: Recorded, joint: int) -> str:
+def group_name(gait: Recorded, joint: int) -> str:
     """Return what the names of a joint and its partner share; see `named_groups`."""
     return next(name for name, group in named_groups(gait) if joint in group)
 

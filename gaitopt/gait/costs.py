@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import shown
-from gaitopt.errors import EvaluationError, GaitoptError, InputError, did_you_mean
+from gaitopt.errors import EvaluationError, GaitoptError, InputError, there_are
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     USABLE,
@@ -659,9 +659,7 @@ def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Co
     """
     costs = {one.name: one for one in (*COSTS, *known)}
     if name not in costs:
-        raise InputError(
-            f"there is no cost '{name}'; {did_you_mean(name, costs)}there are {', '.join(costs)}"
-        )
+        raise InputError(f"there is no cost '{name}'; {there_are(costs, name)}")
     names = _fields_of(costs[name])
     if unknown := set(changes) - set(names):
         raise InputError(
@@ -835,8 +833,7 @@ def joint_weights(robot: Robot, patterns: Mapping[str, float]) -> Array:
         if not fits:
             raise InputError(
                 f"the cost weighs '{pattern}', but no joint is called so; "
-                f"{did_you_mean(pattern, names)}there are {', '.join(names)}, and patterns as "
-                "'*_knee'"
+                f"{there_are(names, pattern)}, and patterns as '*_knee'"
             )
         weights[[name in fits for name in names]] = weight
     if not weights.any():

@@ -9,7 +9,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.errors import InputError, did_you_mean
+from gaitopt.errors import InputError, there_are
 from gaitopt.gait import foot_turn
 from gaitopt.nlp import Array
 from gaitopt.settings import checked
@@ -336,8 +336,7 @@ def geometric_unit(name: str) -> str:
     """
     if name not in GEOMETRY_NAMES:
         raise InputError(
-            f"there is no geometric quantity '{name}'; {did_you_mean(name, GEOMETRY_NAMES)}there "
-            f"are {', '.join(GEOMETRY_NAMES)}"
+            f"there is no geometric quantity '{name}'; {there_are(GEOMETRY_NAMES, name)}"
         )
     return GEOMETRY[GEOMETRY_NAMES.index(name)].unit
 

@@ -14,7 +14,7 @@ from typing import Any
 from gaitopt.bounds import POSTURES, at_most, shown
 from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
-from gaitopt.errors import InputError, did_you_mean
+from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraint import (
     USABLE,
     Constraint,
@@ -500,8 +500,7 @@ class Task:
         if unknown := set(margins) - set(task.declared):
             raise InputError(
                 f"there is no task field {', '.join(sorted(unknown))}; "
-                f"{did_you_mean(min(unknown), (*names, *task.declared))}there are "
-                f"{', '.join((*names, *task.declared))}"
+                f"{there_are((*names, *task.declared), min(unknown))}"
             )
         return task.with_margins(margins)
 

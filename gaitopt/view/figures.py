@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
 from gaitopt.atomic import make_directory, write_atomically
-from gaitopt.design.summary import pair_name, partner
+from gaitopt.design.summary import group_name, partner
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.result import Gait
@@ -199,7 +199,7 @@ def _grid(gait: Gait, name: str, limits: Array | None, unit: str, title: str) ->
         drawn = [] if limits is None else draw_limit(axes, values[:, both], limits[both])
         scale(axes, np.append(values[:, both], drawn), float(np.abs(values).max()))
         _mark_phases(axes, gait)
-        name_panel(axes, panel, len(joints), unit, pair_name(gait, stance))
+        name_panel(axes, panel, len(joints), unit, group_name(gait, stance))
     share_legend(figure, panels)
     return figure
 

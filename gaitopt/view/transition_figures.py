@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.design.summary import joint_groups, pair_name
+from gaitopt.design.summary import group_name, joint_groups
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
@@ -145,7 +145,7 @@ def _grid(transition: Transition, name: str, limits: Array | None, unit: str, ti
         drawn = [] if limits is None else draw_limit(axes, values[:, own], limits[own])
         scale(axes, np.append(values[:, own], drawn), float(np.abs(values).max()))
         _mark(axes, transition)
-        name_panel(axes, panel, len(groups), unit, pair_name(transition, group[0]))
+        name_panel(axes, panel, len(groups), unit, group_name(transition, group[0]))
     share_legend(figure, panels, " / ".join(_sides(transition)))
     return figure
 

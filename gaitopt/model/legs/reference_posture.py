@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.pinocchio_model import joint_coordinate
-from gaitopt.importers.report import Finding, How
+from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.ties import Tie
 from gaitopt.model.import_options import UNUSED_SRDF, ImportOptions
@@ -88,9 +88,7 @@ def _has(keyframes: Mapping[str, Array], kind: str) -> str:
 
 
 def _names(found: Iterable[str]) -> str:
-    names = list(found)
-    close = ", ".join(names[:_SHOWN])
-    return (close + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")) or "none"
+    return listed(found, _SHOWN, quote="") or "none"
 
 
 def _angles_of(model: pin.Model, q: Array) -> Angles:
