@@ -31,7 +31,8 @@ from gaitopt.view.animation import Scene, build_scene
 from gaitopt.view.curves import curves
 from gaitopt.view.live_server import Message, Slider, serve
 from gaitopt.view.page import details, film, gait_page, headline
-from gaitopt.view.viewer import LOCAL, RecordingWindow, is_local, meshcat, page_file
+from gaitopt.view.scene_server import LOCAL, is_local
+from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
 STEPS = 2  # that the page shows; every answer carries them
 PATIENCE = 0.3  # s that a walk may take before newer settings end it
@@ -91,7 +92,7 @@ class LiveWalk:
         """Return the page with the last certified walk."""
         recorder = RecordingWindow()
         gait = self._design.gait
-        scene = build_scene(meshcat.Visualizer(window=recorder), gait, STEPS)
+        scene = build_scene(Node(recorder), gait, STEPS)
         self._scene = scene
         extra = {"@SLIDERS@": self._form(), "@WIRE@": page_file("live.js")}
         return gait_page(gait, scene, recorder.text(), STEPS, extra)
@@ -216,7 +217,7 @@ class LiveWalk:
         yield {"kind": "walk", "curves": curves(gait), "words": words, "text": told}
         recorder = RecordingWindow()
         drawn = None if self._scene is None else self._scene.shapes
-        scene = build_scene(meshcat.Visualizer(window=recorder), gait, STEPS, drawn=drawn)
+        scene = build_scene(Node(recorder), gait, STEPS, drawn=drawn)
         yield {
             "kind": "motion", "data": film(gait, scene, STEPS), "words": details(gait, scene),
             "commands": recorder.text(), "motion": scene.motion,

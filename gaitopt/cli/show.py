@@ -28,7 +28,7 @@ def run_play(asked: PlayOptions) -> None:
     """
     from gaitopt.view.page import write_page
     from gaitopt.view.player import play
-    from gaitopt.view.viewer import LOCAL, is_local
+    from gaitopt.view.scene_server import LOCAL, is_local
 
     path, html, steps, host = asked.gait, asked.html, asked.steps, asked.host
     if html is not None and (host is not None or asked.port is not None):

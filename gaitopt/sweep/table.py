@@ -201,30 +201,38 @@ def write_table(rows: Sequence[Row], directory: Path) -> list[Path]:
     writer = csv.DictWriter(text, names, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    written = [write_atomically(directory / CSV, text.getvalue().encode())]
-    table = _parquet(rows, names)
+    data = text.getvalue().encode()
+    written = [write_atomically(directory / CSV, data)]
+    table = _parquet(data, {name: [row.get(name) for row in rows] for name in names})
     if table is not None:
         written.append(write_atomically(directory / PARQUET, table))
     return written
 
 
-def _parquet(rows: Sequence[Row], names: list[str]) -> bytes | None:
+def _parquet(data: bytes, values: Mapping[str, Sequence[Value]]) -> bytes | None:
+    """Return a table of CSV as Parquet; pyarrow makes columns of lists only with pandas at hand."""
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
+        from pyarrow import csv as pc
     except ImportError:  # the extra "tables" is not installed: CSV must do
         return None
-    table = pa.table({name: _column(pa, name, [row.get(name) for row in rows]) for name in names})
+    kinds = {name: _kind(pa, name, column) for name, column in values.items()}
+    how = pc.ConvertOptions(column_types=kinds, null_values=[""], strings_can_be_null=True)
+    whole = pc.ReadOptions(use_threads=False)
+    parts = pc.ParseOptions(newlines_in_values=True)
+    table = pc.read_csv(io.BytesIO(data), whole, parts, how)
     buffer = io.BytesIO()
     pq.write_table(table, buffer)
     return buffer.getvalue()
 
 
-def _column(pa: Any, name: str, values: list[Value]) -> Any:
-    """Return a column, with a type even if it has no values yet."""
-    if any(value is not None for value in values):
-        return pa.array(values)
-    return pa.nulls(len(values), pa.string() if name in _WORDS else pa.float64())
+def _kind(pa: Any, name: str, values: Sequence[Value]) -> Any:
+    """Return the type of a column, also of one that has no values yet."""
+    if name in _WORDS or name in _ANSWERS:
+        return pa.string() if name in _WORDS else pa.bool_()
+    known = [value for value in values if value is not None]
+    return pa.int64() if known and all(isinstance(v, int) for v in known) else pa.float64()
 
 
 _CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|==|!=|<|>|=)\s*(.+?)\s*")

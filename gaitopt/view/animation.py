@@ -28,7 +28,7 @@ from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
 from gaitopt.view.contacts import contact_colour
 from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes, surface
-from gaitopt.view.viewer import animation, geometry, meshcat
+from gaitopt.view.viewer import Node, animation, geometry
 
 DEFAULT_STEPS = 6
 _REPETITIONS = 1_000_000  # of a film
@@ -65,19 +65,19 @@ class Animation:
         self._times = np.zeros(0)
         self._tracks: dict[str, dict[str, tuple[str, Array]]] = {}
 
-    def place(self, node: meshcat.Visualizer, times: Array, positions: Array) -> None:
+    def place(self, node: Node, times: Array, positions: Array) -> None:
         """Move a node through positions (N, 3) [m] at times (N,) [s]."""
         self._key(node, "position", "vector3", times, positions)
 
-    def turn(self, node: meshcat.Visualizer, times: Array, rotations: Array) -> None:
+    def turn(self, node: Node, times: Array, rotations: Array) -> None:
         """Turn a node through rotation matrices (N, 3, 3) at times (N,) [s]."""
         self._key(node, "quaternion", "quaternion", times, quaternions(rotations))
 
-    def stretch(self, node: meshcat.Visualizer, times: Array, scales: Array) -> None:
+    def stretch(self, node: Node, times: Array, scales: Array) -> None:
         """Scale a node by factors (N, 3) along its axes at times (N,) [s]."""
         self._key(node, "scale", "vector3", times, scales)
 
-    def show(self, viewer: meshcat.Visualizer, whole: bool) -> None:
+    def show(self, viewer: Node, whole: bool) -> None:
         """Hand the motion to the viewer, which plays it over and over.
 
         Args:
@@ -104,9 +104,7 @@ class Animation:
         tracks = [[values for _, values in own.values()] for own in self._tracks.values()]
         return {"times": self._times, "tracks": tracks}
 
-    def _key(
-        self, node: meshcat.Visualizer, prop: str, kind: str, times: Array, values: Array
-    ) -> None:
+    def _key(self, node: Node, prop: str, kind: str, times: Array, values: Array) -> None:
         self._times = times  # the same for all
         self._tracks.setdefault(node.path, {})[prop] = kind, values
 
@@ -206,7 +204,7 @@ def transition_frames(transition: Transition) -> TrajectorySamples:
 
 
 def build_scene(
-    viewer: meshcat.Visualizer,
+    viewer: Node,
     gait: Gait | Transition,
     steps: int,
     package_dirs: tuple[str, ...] = (),
@@ -238,7 +236,7 @@ def build_scene(
 
 
 def build_beside(
-    viewer: meshcat.Visualizer,
+    viewer: Node,
     gait: Gait,
     other: Replay,
     steps: int,
@@ -265,7 +263,7 @@ def build_beside(
 
 
 def _scene(
-    viewer: meshcat.Visualizer,
+    viewer: Node,
     gait: Gait | Transition,
     walk: tuple[TrajectorySamples, Array],
     steps: int,
@@ -314,7 +312,7 @@ def _scene(
 
 
 def draw_robot(
-    robot: meshcat.Visualizer,
+    robot: Node,
     moves: Animation,
     body: Multibody,
     shapes: RobotShapes,
@@ -373,7 +371,7 @@ def _key_times(samples: TrajectorySamples) -> Array:
     return np.asarray(samples.time - _SWITCH * last)
 
 
-def _prepare(viewer: meshcat.Visualizer, hips: float) -> None:
+def _prepare(viewer: Node, hips: float) -> None:
     viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
     viewer["/Background"].set_property("bottom_color", [0.80, 0.84, 0.88])
     for name in ("/Axes", "/Grid"):  # they would not move with the world
@@ -381,7 +379,7 @@ def _prepare(viewer: meshcat.Visualizer, hips: float) -> None:
     viewer["/Cameras/default/rotated/<object>"].set_property("position", [hips * c for c in CAMERA])
 
 
-def _draw_ground(node: meshcat.Visualizer) -> None:
+def _draw_ground(node: Node) -> None:
     plain = _painted(node["plane"], geometry.MeshBasicMaterial, _GROUND, layer=-3)
     node["plane"].set_object(geometry.Box([_GROUND_SIZE, _GROUND_SIZE, 0.01]), plain)
     node["plane"].set_transform(_shift([0.0, 0.0, -0.5 * 0.01]))
@@ -397,9 +395,7 @@ def _draw_ground(node: meshcat.Visualizer) -> None:
     node["grid"].set_object(geometry.LineSegments(points, material))
 
 
-def _draw_profile(
-    node: meshcat.Visualizer, ground: Ground, step: float, steps: int, beside: float
-) -> None:
+def _draw_profile(node: Node, ground: Ground, step: float, steps: int, beside: float) -> None:
     """Draw a block for the ground of each step, of those that the walk does not reach too.
 
     Args:
@@ -445,7 +441,7 @@ def _block(
 
 
 def _painted(
-    node: meshcat.Visualizer, kind: type[geometry.Material], colour: int, layer: int
+    node: Node, kind: type[geometry.Material], colour: int, layer: int
 ) -> geometry.Material:
     """Return a material for marks on the ground: painted in layers, never hiding what stands there.
 
@@ -472,7 +468,7 @@ def _footprints(gait: Gait | Transition, steps: int) -> list[tuple[int, Array]]:
 
 
 def _draw_footprints(
-    node: meshcat.Visualizer, body: Multibody, prints: Sequence[tuple[int, Array]], new: bool
+    node: Node, body: Multibody, prints: Sequence[tuple[int, Array]], new: bool
 ) -> None:
     for number, (foot, place) in enumerate(prints):
         print_ = node[str(number)]
@@ -517,7 +513,7 @@ def _marks(gait: Gait | Transition, samples: TrajectorySamples) -> list[_Mark]:
 
 
 def _draw_mark(
-    node: meshcat.Visualizer,
+    node: Node,
     moves: Animation,
     body: Multibody,
     walk: tuple[TrajectorySamples, Array],
@@ -562,7 +558,7 @@ def _level(rotation: Array) -> Array:
 
 
 def _draw_force(
-    node: meshcat.Visualizer,
+    node: Node,
     moves: Animation,
     samples: TrajectorySamples,
     times: Array,
@@ -575,7 +571,7 @@ def _draw_force(
     move_arrow(node, moves, times, pressure(samples), scale * samples.force.sum(axis=1))
 
 
-def draw_arrow(node: meshcat.Visualizer, colour: int) -> None:
+def draw_arrow(node: Node, colour: int) -> None:
     """Put an arrow into a group, in which it points along z, for `move_arrow`."""
     paint = _seen_through(colour)
     node["shaft/bar"].set_object(geometry.Cylinder(1.0, 0.009), paint)
@@ -584,9 +580,7 @@ def draw_arrow(node: meshcat.Visualizer, colour: int) -> None:
     node["head/cone"].set_transform(_shift([0.0, 0.0, 0.035]) @ UPRIGHT)
 
 
-def move_arrow(
-    node: meshcat.Visualizer, moves: Animation, times: Array, places: Array, along: Array
-) -> None:
+def move_arrow(node: Node, moves: Animation, times: Array, places: Array, along: Array) -> None:
     """Move an arrow: from places (N, 3), as long as the vectors along it (N, 3) [m]."""
     length = np.linalg.norm(along, axis=1)
     one = np.ones_like(length)
@@ -597,7 +591,7 @@ def move_arrow(
 
 
 def _draw_pushes(
-    node: meshcat.Visualizer,
+    node: Node,
     moves: Animation,
     body: Multibody,
     walk: Replay,
@@ -637,7 +631,7 @@ def _seen_through(colour: int) -> geometry.Material:
 
 
 def _follow(
-    world: meshcat.Visualizer,
+    world: Node,
     moves: Animation,
     samples: TrajectorySamples,
     times: Array,

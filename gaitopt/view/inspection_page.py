@@ -19,7 +19,7 @@ from gaitopt.nlp import Array
 from gaitopt.view.inspection import Inspection, sections
 from gaitopt.view.page_parts import Page, table_text
 from gaitopt.view.robot_shapes import draw_shape, unloaded
-from gaitopt.view.viewer import RecordingWindow, geometry, meshcat, packed_viewer, page_file
+from gaitopt.view.viewer import Node, RecordingWindow, geometry, packed_viewer, page_file
 
 _ARROW = 0.14  # length of an axis, in heights of the robot
 _THICK = 0.006  # its radius, likewise
@@ -29,7 +29,7 @@ _SOLE = 0x2E9E5B
 _SIDES = (0xD55E00, 0x0072B2)  # right, left: the colours of the figures
 
 
-def draw_inspection(viewer: meshcat.Visualizer, inspection: Inspection) -> None:
+def draw_inspection(viewer: Node, inspection: Inspection) -> None:
     """Draw what is known of a robot: its meshes, and axes and soles if they were found."""
     viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
     viewer["/Background"].set_property("bottom_color", [0.86, 0.89, 0.92])
@@ -50,9 +50,7 @@ def draw_inspection(viewer: meshcat.Visualizer, inspection: Inspection) -> None:
     _look_at(viewer, data)
 
 
-def draw_still(
-    robot: meshcat.Visualizer, model: pin.Model, data: pin.Data, shapes: pin.GeometryModel
-) -> None:
+def draw_still(robot: Node, model: pin.Model, data: pin.Data, shapes: pin.GeometryModel) -> None:
     """Put a robot into a viewer, with its joints where `data` has them."""
     for item in shapes.geometryObjects:
         joint = item.parentJoint
@@ -88,9 +86,7 @@ def _size(data: pin.Data) -> tuple[Array, float]:
     return (low + high) / 2.0, float(max(*(high - low), 0.1))
 
 
-def _draw_joints(
-    node: meshcat.Visualizer, reading: ImportedRobot, q: Array, data: pin.Data
-) -> None:
+def _draw_joints(node: Node, reading: ImportedRobot, q: Array, data: pin.Data) -> None:
     model, (_, size) = reading.model, _size(data)
     axes = pose(model, q).axes
     for side, leg in enumerate(reading.legs):
@@ -99,9 +95,7 @@ def _draw_joints(
             _draw_arrow(arrow, data.oMi[joint].translation, axis, size, _SIDES[side])
 
 
-def _draw_arrow(
-    node: meshcat.Visualizer, start: Array, axis: Array, size: float, colour: int
-) -> None:
+def _draw_arrow(node: Node, start: Array, axis: Array, size: float, colour: int) -> None:
     length, radius = _ARROW * size, _THICK * size
     material = geometry.MeshBasicMaterial(color=colour, depthTest=False, transparent=True)
     turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), axis).matrix()
@@ -118,7 +112,7 @@ def _along(distance: float) -> pin.SE3:
     return pin.SE3(np.eye(3), np.array([0.0, distance, 0.0]))
 
 
-def _draw_soles(node: meshcat.Visualizer, reading: ImportedRobot, data: pin.Data) -> None:
+def _draw_soles(node: Node, reading: ImportedRobot, data: pin.Data) -> None:
     sole = reading.soles.sole
     material = geometry.MeshBasicMaterial(
         color=_SOLE, opacity=0.5, transparent=True, depthTest=False, depthWrite=False
@@ -132,7 +126,7 @@ def _draw_soles(node: meshcat.Visualizer, reading: ImportedRobot, data: pin.Data
         node[str(side)].set_transform(place.homogeneous)
 
 
-def _look_at(viewer: meshcat.Visualizer, data: pin.Data) -> None:
+def _look_at(viewer: Node, data: pin.Data) -> None:
     """Put the middle of the robot at the origin, about which the camera turns."""
     middle, size = _size(data)
     shift = np.eye(4)
@@ -161,7 +155,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> Path:
 def inspection_text(inspection: Inspection) -> Page:
     """Return the text of the page of `write_inspection`; a notebook shows it."""
     recorder = RecordingWindow()
-    draw_inspection(meshcat.Visualizer(window=recorder), inspection)
+    draw_inspection(Node(recorder), inspection)
     refusal = html_text(inspection.refusal)
     parts = {
         "@TITLE@": html_text(inspection.title),

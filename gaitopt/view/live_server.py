@@ -23,7 +23,8 @@ from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.errors import GaitoptError
-from gaitopt.view.viewer import LOCAL, data_text, listening_socket
+from gaitopt.view.scene_server import LOCAL, listening_socket
+from gaitopt.view.viewer import data_text
 
 LONELY = 3.0  # s without a page before the server ends, once there was one
 SWITCH = 5e-4  # s

@@ -25,7 +25,7 @@ from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.curves import curves
 from gaitopt.view.page_parts import Page, Section, table_text
-from gaitopt.view.viewer import RecordingWindow, data_text, meshcat, packed_viewer, page_file
+from gaitopt.view.viewer import Node, RecordingWindow, data_text, packed_viewer, page_file
 
 
 def write_page(
@@ -66,7 +66,7 @@ def page_text(
         RobotError: the robot cannot be drawn.
     """
     recorder = RecordingWindow()
-    scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
+    scene = build_scene(Node(recorder), gait, steps, package_dirs)
     return gait_page(gait, scene, recorder.text(), steps)
 
 

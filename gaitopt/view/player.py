@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import warnings
 import webbrowser
 from types import TracebackType
 
 from gaitopt.gait.result import Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.view.animation import DEFAULT_STEPS, build_scene
-from gaitopt.view.viewer import LOCAL, SceneServer, meshcat
+from gaitopt.view.scene_server import LOCAL, SceneServer
+from gaitopt.view.viewer import Node
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")
+    import meshcat
 
 
 class Player:
@@ -83,7 +89,7 @@ def play(
     """
     player = Player(SceneServer(host, port))
     try:
-        scene = build_scene(player.viewer, gait, steps, package_dirs, whole=True)
+        scene = build_scene(Node(player.server), gait, steps, package_dirs, whole=True)
         player.note = scene.shapes.note
     except BaseException:
         player.close()

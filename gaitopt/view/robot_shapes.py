@@ -25,7 +25,7 @@ from gaitopt.nlp import Array
 from gaitopt.view.mesh_data import MeshData, read_mesh
 from gaitopt.view.simplify import Rows, simplified
 from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
-from gaitopt.view.viewer import geometry, meshcat
+from gaitopt.view.viewer import Node, geometry
 
 # MeshCat's cylinders stand along y, the others' along z
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -97,9 +97,7 @@ def unloaded(path: str, scale: Array) -> coal.BVHModelBase:
     return load_mesh(path, scale)
 
 
-def draw_shape(
-    robot: meshcat.Visualizer, group: str, item: pin.GeometryObject, placement: pin.SE3
-) -> None:
+def draw_shape(robot: Node, group: str, item: pin.GeometryObject, placement: pin.SE3) -> None:
     """Draw one shape of a robot, as the node `group`/NAME below the robot's.
 
     Args:
@@ -255,7 +253,7 @@ def _loaded(solid: object, scale: Array) -> MeshData | None:
     return MeshData(corners[np.array([[f[0], f[1], f[2]] for f in faces], dtype=np.intp)])
 
 
-def _draw_mesh(node: meshcat.Visualizer, mesh: MeshData, item: pin.GeometryObject) -> None:
+def _draw_mesh(node: Node, mesh: MeshData, item: pin.GeometryObject) -> None:
     """Draw triangles: those of one colour together, as the node or as one node each below it."""
     if mesh.colours is None:
         node.set_object(surface(mesh.corners, mesh.normals), _material(item))

@@ -19,7 +19,7 @@ from gaitopt.view.animation import PUSH, Replay, Scene, build_beside
 from gaitopt.view.page import details, film, headline, page_of
 from gaitopt.view.page_parts import Page, Section, table_text
 from gaitopt.view.robot_shapes import RobotShapes
-from gaitopt.view.viewer import RecordingWindow, meshcat, page_file
+from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
 Record = dict[str, Any]
 _PUSHED = f'<span class="mark" style="background:{PUSH}"></span> push, at the pelvis'
@@ -72,7 +72,7 @@ def simulated_page(
     first: Scene | None = None
     for replay in replays:
         window = recorder if drawn is None else RecordingWindow()
-        viewer = meshcat.Visualizer(window=window)
+        viewer = Node(window)
         scene = build_beside(viewer, gait, replay, steps, package_dirs, drawn)
         drawn, first = scene.shapes, first or scene
         words = {"verdict": html_text(f"{replay.name}: {replay.ending}")}

@@ -6,14 +6,26 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 _SLOW = (
     "{'scipy', 'qpsolvers', 'matplotlib', 'mujoco', 'meshcat', 'tornado', 'pydantic', "
-    "'gaitopt.design.diagnosis'}"
+    "'IPython', 'zmq', 'PIL', 'gaitopt.design.diagnosis'}"
 )
 
 
-def test_a_walk_of_the_biped_is_designed_without_what_it_does_not_need(tmp_path: Path) -> None:
-    words = ["optimise", "--quiet", "--starts", "1", "--no-page", "--no-figures"]
+@pytest.mark.parametrize("page", [True, False])
+def test_a_walk_of_the_biped_is_designed_without_what_it_does_not_need(
+    tmp_path: Path, page: bool
+) -> None:
+    words = [
+        "optimise",
+        "--quiet",
+        "--starts",
+        "1",
+        "--no-figures",
+        *([] if page else ["--no-page"]),
+    ]
     code = (
         "import sys; from gaitopt.cli import main\n"
         f"sys.argv = ['gaitopt', *{words}, '--output', {str(tmp_path / 'walk')!r}]\n"
@@ -24,3 +36,28 @@ def test_a_walk_of_the_biped_is_designed_without_what_it_does_not_need(tmp_path:
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
     assert (tmp_path / "walk" / "gait.npz").exists()
+    assert (tmp_path / "walk" / "gait.html").exists() == page
+
+
+def test_a_page_leaves_meshcat_to_others_as_it_is() -> None:
+    """Pinocchio's own viewer, say."""
+    code = (
+        "import sys, warnings; import gaitopt.view.page\n"
+        "warnings.simplefilter('ignore')\n"
+        "import meshcat\n"
+        "print(meshcat.geometry.Box([1, 1, 1]).lengths, meshcat.Visualizer.__name__)"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[1, 1, 1] Visualizer"
+
+
+def test_a_table_is_written_as_parquet_without_pandas(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow", reason="the extra 'tables' is not installed")
+    code = (
+        "import sys; from pathlib import Path; from gaitopt.sweep.table import write_table\n"
+        f"write_table([{{'speed': 1.0, 'status': 'certified'}}], Path({str(tmp_path)!r}))\n"
+        "print('pandas' in sys.modules)"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "False"
+    assert (tmp_path / "index.parquet").exists()

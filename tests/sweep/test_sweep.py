@@ -1,5 +1,6 @@
 import csv
 import json
+import math
 import os
 import signal
 import subprocess
@@ -71,6 +72,28 @@ def test_a_parquet_index_without_gaits_has_its_columns(tmp_path):
     assert table["speed"].to_pylist() == [0.8, 0.9]
     assert str(table.schema.field("cost").type) == "double"
     assert str(table.schema.field("origin").type) == "string"
+
+
+def test_a_parquet_index_has_values_and_types_of_the_rows(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'tables' is not installed")
+    rows = [
+        {
+            "speed": 1.0,
+            "status": "certified",
+            "certified": True,
+            "iterations": 3,
+            "cost": 1.0 / 3.0,
+        },
+        {"speed": 2, "status": "not computed", "verdict": 'says "no",\nand why', "kkt": math.inf},
+    ]
+    write_table(rows, tmp_path)
+    table = parquet.read_table(tmp_path / "index.parquet")
+    assert table.to_pylist() == [{n: row.get(n) for n in table.column_names} for row in rows]
+    kinds = {name: str(table.schema.field(name).type) for name in table.column_names}
+    assert kinds.pop("certified") == "bool"
+    assert kinds.pop("iterations") == "int64"
+    assert (kinds.pop("status"), kinds.pop("verdict")) == ("string", "string")
+    assert set(kinds.values()) == {"double"}
 
 
 def test_slopes_foretell_the_next_cost(swept):

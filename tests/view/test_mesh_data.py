@@ -20,7 +20,7 @@ from gaitopt.view.inspection_page import inspection_text
 from gaitopt.view.mesh_data import read_mesh
 from gaitopt.view.page import page_text
 from gaitopt.view.robot_shapes import draw_shape, unloaded
-from gaitopt.view.viewer import RecordingWindow, meshcat, umsgpack
+from gaitopt.view.viewer import Node, RecordingWindow, umsgpack
 
 SECRET = "secret"
 FACE = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 2, 0]], [[0, 0, 0], [0, 2, 0], [0, 0, 3.0]]])
@@ -109,7 +109,7 @@ def drawn(path: Path) -> list[dict]:
     item = pin.GeometryObject("part", 0, pin.SE3.Identity(), unloaded(str(path), np.ones(3)))
     item.meshPath = str(path)
     recorder = RecordingWindow()
-    draw_shape(meshcat.Visualizer(window=recorder)["robot"], "shin", item, pin.SE3.Identity())
+    draw_shape(Node(recorder)["robot"], "shin", item, pin.SE3.Identity())
     assert SECRET.encode() not in b"".join(recorder.commands)
     return [c for c in map(umsgpack.unpackb, recorder.commands) if c["type"] == "set_object"]
 

@@ -8,7 +8,7 @@ from gaitopt.importers.reader import read_source
 from gaitopt.view.animation import Animation, draw_robot, frames
 from gaitopt.view.inspection_page import draw_still
 from gaitopt.view.robot_shapes import robot_shapes
-from gaitopt.view.viewer import RecordingWindow, meshcat, umsgpack
+from gaitopt.view.viewer import Node, RecordingWindow, umsgpack
 
 GAIT = sample_gait()
 SOURCE = read_source(GAIT.urdf)
@@ -55,7 +55,7 @@ def transforms(recorder):
 
 def test_every_shape_moves_as_its_link():
     recorder, moves = RecordingWindow(), Animation()
-    viewer = meshcat.Visualizer(window=recorder)
+    viewer = Node(recorder)
     samples = frames(GAIT, 2)
     times = np.arange(len(samples.time), dtype=float)
     body = GAIT.trajectory.body
@@ -81,7 +81,7 @@ def test_a_robot_stands_where_its_joints_are():
     data = MODEL.createData()
     q = configuration(frames(GAIT, 1), 5)
     pin.forwardKinematics(MODEL, data, q)
-    draw_still(meshcat.Visualizer(window=recorder)["robot"], MODEL, data, SHAPES)
+    draw_still(Node(recorder)["robot"], MODEL, data, SHAPES)
     still = transforms(recorder)
     for item, place in zip(SHAPES.geometryObjects, expected(q), strict=True):
         (path,) = [p for p in still if p.endswith(f"/{item.name}")]

@@ -22,7 +22,7 @@ from gaitopt.view.animation import build_scene
 from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES, write_figures
 from gaitopt.view.page import details, headline, page_text, write_page
-from gaitopt.view.viewer import RecordingWindow, meshcat, page_file
+from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
@@ -70,7 +70,7 @@ def test_the_page_tells_what_is_known(text):
 def test_each_word_of_a_page_has_its_element():
     """A later answer of a live page writes into it by this name."""
     gait = sample_gait()
-    scene = build_scene(meshcat.Visualizer(window=RecordingWindow()), gait, 1)
+    scene = build_scene(Node(RecordingWindow()), gait, 1)
     for name in {**headline(gait), **details(gait, scene)}:
         assert f'id="{name}">@{name.upper()}@<' in page_file("page.html")
 

@@ -11,7 +11,7 @@ from sample_gait import sample_gait
 from gaitopt.errors import InputError
 from gaitopt.view import player as module
 from gaitopt.view.player import play
-from gaitopt.view.viewer import SceneServer, is_local
+from gaitopt.view.scene_server import SceneServer, is_local
 
 
 def test_the_server_shows_the_walk_and_stops(capfd):

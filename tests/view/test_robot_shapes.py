@@ -4,7 +4,7 @@ import pinocchio as pin
 import pytest
 
 from gaitopt.view.robot_shapes import capsule, draw_shape
-from gaitopt.view.viewer import RecordingWindow, meshcat, umsgpack
+from gaitopt.view.viewer import Node, RecordingWindow, umsgpack
 
 
 def drawn(shape, colour=(0.2, 0.4, 0.6, 1.0)):
@@ -12,7 +12,7 @@ def drawn(shape, colour=(0.2, 0.4, 0.6, 1.0)):
     item = pin.GeometryObject("part", 0, pin.SE3.Identity(), shape)
     item.meshColor = np.array(colour)
     recorder = RecordingWindow()
-    draw_shape(meshcat.Visualizer(window=recorder)["robot"], "shin", item, pin.SE3.Identity())
+    draw_shape(Node(recorder)["robot"], "shin", item, pin.SE3.Identity())
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     (made,) = [c for c in commands if c["type"] == "set_object"]
     assert made["path"] == commands[-1]["path"] == "/meshcat/robot/shin/part"

@@ -1,0 +1,212 @@
+"""MeshCat's viewer without its noise over HTTP, to one address only.
+
+MeshCat's own server is another process, which outlives this one if this one is killed, and it
+listens on all interfaces whatever address it prints. Its viewer, which is JavaScript, needs little:
+its files, and the drawing commands on a web socket.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import threading
+import webbrowser
+from collections.abc import Mapping
+from typing import Any
+
+from tornado.httpserver import HTTPServer
+from tornado.web import Application, StaticFileHandler
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
+
+from gaitopt.bounds import shown
+from gaitopt.errors import InputError
+from gaitopt.view.viewer import packed_commands, packed_viewer, page_file, umsgpack, viewer_root
+
+LOCAL = "127.0.0.1"
+FIRST_PORT, PORTS = 7000, 1000  # tried in turn, where none is asked for
+_LARGEST_PORT = 65535
+_PATIENCE = 10.0  # s for the thread to begin or end
+
+_SCENE = """<!DOCTYPE html>
+<html><head><meta charset="utf-8"><title>MeshCat</title>
+<style>body { margin: 0; } #pane { width: 100vw; height: 100vh; overflow: hidden; }</style></head>
+<body><div id="pane"></div><script>%s
+openScene(document.getElementById("pane"), "%s", "%s");</script></body></html>
+"""
+
+
+class SceneServer:
+    """Stands in for MeshCat's window: keeps a scene and shows it to every browser that asks.
+
+    Attributes:
+        web_url: address of the page.
+        host, port: where it listens.
+    """
+
+    def __init__(self, host: str = LOCAL, port: int | None = None) -> None:
+        """Begin to serve an empty scene.
+
+        Args:
+            host: address or name of the interface to listen on.
+            port: 0 for any that is free; None for the first free one from 7000 on.
+
+        Raises:
+            InputError: it cannot listen there.
+        """
+        listening = listening_socket(host, port)
+        self.host, self.port = host, int(listening.getsockname()[1])
+        self.web_url = f"http://{f'[{host}]' if ':' in host else host}:{self.port}/static/"
+        self._commands: dict[tuple[str, ...], bytes] = {}
+        self._viewers: set[_Socket] = set()
+        self._lock = threading.Lock()
+        self._ready, self._loop = threading.Event(), asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, args=(listening,), daemon=True)
+        self._thread.start()
+        self._ready.wait(_PATIENCE)
+
+    def send(self, command: Any) -> None:
+        """Take a drawing command of MeshCat's and hand it to the browsers."""
+        record = command.lower()
+        packed = umsgpack.packb(record)
+        with self._lock:
+            _keep(self._commands, record, packed)
+        with contextlib.suppress(RuntimeError):  # the server was stopped
+            self._loop.call_soon_threadsafe(self._forward, packed)
+
+    def get_scene(self) -> str:
+        """Return a page that shows the scene as it is, complete in itself."""
+        return _SCENE % (page_file("load.js"), packed_viewer(), packed_commands(self.scene()))
+
+    def scene(self) -> list[bytes]:
+        """Return the commands that make the scene."""
+        with self._lock:
+            return list(self._commands.values())
+
+    def open(self) -> None:
+        """Open the page in a browser."""
+        webbrowser.open(self.web_url, new=2)
+
+    def close(self) -> None:
+        """Stop; more than once does no harm."""
+        if self._thread.is_alive():
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join(_PATIENCE)
+
+    @property
+    def closed(self) -> bool:
+        """Whether it has stopped."""
+        return not self._thread.is_alive()
+
+    def _run(self, listening: socket.socket) -> None:
+        asyncio.set_event_loop(self._loop)
+        application = Application(
+            [
+                (r"/static/(.*)", _Files, {"path": str(viewer_root()),
+                                           "default_filename": "index.html"}),
+                (r"/", _Socket, {"server": self, "viewers": self._viewers}),
+            ],
+            log_function=lambda _: None,
+        )  # fmt: skip
+        served = HTTPServer(application)
+        served.add_socket(listening)
+        self._loop.call_soon(self._ready.set)
+        try:
+            self._loop.run_forever()
+            served.stop()
+            self._loop.run_until_complete(served.close_all_connections())
+            for task in asyncio.all_tasks(self._loop):
+                task.cancel()
+            self._loop.run_until_complete(asyncio.sleep(0.0))
+        finally:
+            self._loop.close()
+
+    def _forward(self, packed: bytes) -> None:
+        for viewer in list(self._viewers):
+            viewer.show(packed)
+
+
+class _Files(StaticFileHandler):
+    """The viewer's files, never from a browser's cache: a new version has the same names."""
+
+    def set_extra_headers(self, path: str) -> None:
+        """Forbid caching."""
+        del path
+        self.set_header("Cache-Control", "no-store")
+
+
+class _Socket(WebSocketHandler):
+    """The connection to one browser."""
+
+    def initialize(self, server: SceneServer, viewers: set[_Socket]) -> None:
+        """Take what the application hands over."""
+        self._server, self._viewers = server, viewers
+
+    def open(self, *_: str, **__: str) -> None:
+        """Show the scene to a browser that has come."""
+        self._viewers.add(self)
+        for packed in self._server.scene():
+            self.show(packed)
+
+    def on_message(self, message: str | bytes) -> None:
+        """Pass over what a browser says; nothing was asked."""
+
+    def on_close(self) -> None:
+        """Forget a browser that has gone."""
+        self._viewers.discard(self)
+
+    def show(self, packed: bytes) -> None:
+        """Send a command."""
+        with contextlib.suppress(WebSocketClosedError):
+            self.write_message(packed, binary=True)
+
+
+def _keep(kept: dict[tuple[str, ...], bytes], record: Mapping[str, Any], packed: bytes) -> None:
+    """Keep a command until another of its kind about the same thing takes its place."""
+    kind, path = str(record["type"]), str(record.get("path", ""))
+    if kind == "delete":
+        for key in [k for k in kept if k[1] == path or k[1].startswith(f"{path}/")]:
+            del kept[key]
+        return
+    key = (kind, path, str(record.get("property", "")))
+    kept.pop(key, None)
+    kept[key] = packed
+
+
+def listening_socket(host: str, port: int | None) -> socket.socket:
+    """Return a socket that listens at an address.
+
+    Raises:
+        InputError: there is no such address here, or the port is taken.
+    """
+    if not host.strip():
+        raise InputError(f"the host is empty; give an address of this machine, as {LOCAL}")
+    if port is not None and not 0 <= port <= _LARGEST_PORT:
+        raise InputError(f"port {shown(port)} does not exist; give 0 for any, or one up to 65535")
+    if port is not None:
+        return _bound(host, port)
+    _bound(host, 0).close()  # an address that is none here is told at once
+    for candidate in range(FIRST_PORT, FIRST_PORT + PORTS - 1):
+        with contextlib.suppress(InputError):
+            return _bound(host, candidate)
+    return _bound(host, FIRST_PORT + PORTS - 1)
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        bound = socket.create_server((host, port), family=family)
+    except (OSError, UnicodeError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).partition("(while")[0].strip()
+        raise InputError(
+            f"the viewer cannot listen at {host}, port {port}: {reason.lower()}; give another "
+            "--port, 0 for any, or an address of this machine by --host"
+        ) from error
+    bound.setblocking(False)
+    return bound
+
+
+def is_local(host: str) -> bool:
+    """Whether only this machine can reach an address."""
+    return host in ("localhost", "::1") or host.startswith("127.")
