@@ -54,6 +54,8 @@ JOURNAL = 1000 * MEGABYTE
 """Bytes of the journal of a sweep of version 0.1: some ten kilobytes a point."""
 DATABASE = 1000 * MEGABYTE
 """Bytes of the database of a library: some ten kilobytes a point."""
+NUMBER = 1e50
+"""Size of any number, in SI units: sums of squares, products and quotients still have a value."""
 
 ARMATURE = 1000.0
 """Inertia of the rotor of a joint seen from there [kg·m²; kg]: a leg of 10 kg and 1 m has 3 about

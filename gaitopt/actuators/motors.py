@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gaitopt.bounds import NUMBER
 from gaitopt.errors import SpecError, there_are
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.model.import_options import LimitOverride, matching
@@ -26,8 +27,6 @@ MOTORS = "motors."
 """Before the names of numbers of drives, where they stand beside numbers of the robot."""
 _INDUCED = (0.5, 1.05)
 """Range of kt * no-load speed over the voltage: beyond it no current flows or units are wrong."""
-_LARGEST = 1e50
-"""Of any number of a motor, in SI units: squares and quotients still have a value."""
 _MOST = {"inertia": 1.0, "mass": 200.0, "ratio": 1e4, "friction": 1e4}
 """Of numbers of motors and gears of robots that walk, in SI units: beyond it units are wrong."""
 _LEAST_RATIO = 0.01
@@ -218,7 +217,7 @@ def _joint_motor(row: object) -> JointMotor:
     where = f"motor at '{row[0][:40]}'"
     for name, value in zip(names[1:], row[1:], strict=True):
         _check_number(where, name, value, "", zero=name == "friction")
-        if not (value == 0.0 or 1.0 / _LARGEST <= value <= _LARGEST):
+        if not (value == 0.0 or 1.0 / NUMBER <= value <= NUMBER):
             raise SpecError(f"{where}: the {name.replace('_', ' ')} is {value:g}, no SI value")
     return JointMotor(*row)
 

@@ -33,8 +33,7 @@ from gaitopt.cli.request import (
     make_task,
 )
 from gaitopt.cli.results import require_writable
-from gaitopt.cli.size import MOTORS as MOTOR_FILE
-from gaitopt.cli.size import motors_text
+from gaitopt.cli.size import MOTOR_FILE, motors_text
 from gaitopt.design.codesign import (
     RATIO,
     CoDesign,
@@ -415,7 +414,7 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
         "walks": [
             {
                 "walk": case.label, "weight": case.weight, "before": a.cost, "after": b.cost,
-                "certified": b.fact("certificate", "certified") is True,
+                "certified": b.certified,
             }
             for case, a, b in zip(study.walks, found.before, found.after, strict=True)
         ],

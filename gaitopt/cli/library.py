@@ -116,7 +116,7 @@ def _design(asked: LibraryOptions) -> None:
     if output is not None:
         save_gait(gait, output)
         out.print(f"wrote {output}")
-    if not _certified(gait):
+    if not gait.certified:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
 
@@ -277,7 +277,7 @@ def _print_robot_findings(library: Library) -> None:
 def _gait_at(library: Library, values: dict[str, float], plugin: Path | None) -> tuple[Gait, str]:
     """Return the gait at a place, and where it comes from."""
     point = stored_point(library, values)
-    if point is not None and _certified(stored := library.gait(point)):
+    if point is not None and (stored := library.gait(point)).certified:
         return stored, f"the stored gait of {library.grid.name(point)}; nothing was interpolated"
     known = () if plugin is None else load_plugin(plugin).extensions
     found = interpolate(library, values, known=known)
@@ -287,10 +287,6 @@ def _gait_at(library: Library, values: dict[str, float], plugin: Path | None) ->
     return found.design.gait, (
         f"the stored gait of {found.sources[0]} is not certified; designed again from there"
     )
-
-
-def _certified(gait: Gait) -> bool:
-    return gait.fact("certificate", "certified") is True
 
 
 def _chosen(names: str, known: list[str]) -> list[str]:

@@ -20,7 +20,7 @@ from gaitopt.design.sizing import RESERVE, Choice, read_catalogue, size
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import save_gait
 
-MOTORS = "motors.toml"
+MOTOR_FILE = "motors.toml"
 _MOST_RESERVE = 10.0
 
 
@@ -72,15 +72,15 @@ def run(asked: SizeOptions) -> None:
     make_directory(directory)
     text = motors_text(found.table, "size")
     motors_of(text)
-    write_atomically(directory / MOTORS, text.encode())
+    write_atomically(directory / MOTOR_FILE, text.encode())
     for number, (label, gait) in enumerate(found.gaits.items(), 1):
-        verdict = "certified" if gait.fact("certificate", "certified") is True else "not certified"
+        verdict = "certified" if gait.certified else "not certified"
         save_gait(gait, directory / f"{number}.npz")
         out.print(
             f"{directory / f'{number}.npz'}: {label}, {gait.cost:.6g} {gait.cost_unit}, {verdict}",
             soft_wrap=True,
         )
-    out.print(f"wrote {directory / MOTORS}", soft_wrap=True)
+    out.print(f"wrote {directory / MOTOR_FILE}", soft_wrap=True)
 
 
 def motors_text(table: MotorTable, command: str) -> str:

@@ -95,8 +95,7 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     if again.second is not None and not _same(gait.fact("motion"), again.fact("motion")):
         facts.append("motion")
     facts += facts_that_differ(gait, again, recorded)
-    claimed = gait.fact("certificate", "certified") is True
-    if not claimed and certificate.certified:
+    if not gait.certified and certificate.certified:
         facts.append("certificate")
     if not _multipliers_hold(problem, gait, certificate):
         facts.append("multipliers")
@@ -107,7 +106,7 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
         if getattr(gait, name) != frame:
             facts.append(name)
     brought = (*imposed(problem), *_changed_plugins(gait, problem))
-    return Audit(differences, tuple(facts), certificate, claimed, brought)
+    return Audit(differences, tuple(facts), certificate, gait.certified, brought)
 
 
 def differences_of(stored: object, computed: object, names: Iterable[str]) -> dict[str, float]:

@@ -23,13 +23,15 @@ TURNING = "turning moment over load"
 FRICTION = "friction used"
 PRESSURE = "room of the centre of pressure"
 
+PYRAMID = 0.53
+"""Half-width of the friction pyramid that the controller of simulated walks keeps."""
+STRIP = 2e-3
+"""Of the sole, along its edges, that it does not use [m]."""
 _INSTANTS = 301
 _RESERVE = 3e-3  # m of leg length: a centre of mass that lags leaves the landing leg too short
 _LANDING = 0.1  # m/s, of the slowest corner: one that grazes makes the landing time undefined
 _IMPULSE = 0.3  # m/s, vertical impulse over mass
-_FRICTION = 0.53  # half-width of the pyramid that the controller keeps
 _HEEL = slice(2, 4)  # corners at the heel, of toe left, toe right, heel left, heel right
-_PRESSURE = 2e-3  # m, strip of the sole that the controller does not use
 
 
 @dataclass(frozen=True)
@@ -99,14 +101,14 @@ def weak_points(gait: Gait) -> tuple[WeakPoint, ...]:
         ),
         WeakPoint(
             TURNING, float((np.abs(wrench[:, 5] - across) / load).max()),
-            _FRICTION * arm, "m", False, "lower --torsional-friction",
+            PYRAMID * arm, "m", False, "lower --torsional-friction",
         ),
         WeakPoint(
             FRICTION, float((np.hypot(wrench[:, 0], wrench[:, 1]) / load).max()),
-            _FRICTION, "", False, "lower --friction",
+            PYRAMID, "", False, "lower --friction",
         ),
         WeakPoint(
-            PRESSURE, float(room.min()), _PRESSURE, "m", True,
+            PRESSURE, float(room.min()), STRIP, "m", True,
             "raise --cop-margin",
         ),
     ]  # fmt: skip

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import NUMBER, shown
 from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
@@ -36,9 +36,7 @@ if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
     from gaitopt.model.robot import Robot
 
-_SMALLEST = 1e-50
-"""Size of a number that is not 0: what is divided by it, or its square, still has a value."""
-USABLE = f"between {_SMALLEST:g} and {1.0 / _SMALLEST:g}"
+USABLE = f"between {1.0 / NUMBER:g} and {NUMBER:g}"
 
 FREE = np.inf
 """A limit that is none."""
@@ -195,7 +193,7 @@ def is_of_use(value: object) -> bool:
     if not is_finite(value):
         return False
     number = abs(value)
-    return number == 0.0 or _SMALLEST <= number <= 1.0 / _SMALLEST
+    return number == 0.0 or 1.0 / NUMBER <= number <= NUMBER
 
 
 def is_finite(value: object) -> TypeGuard[float]:

@@ -37,6 +37,7 @@ from gaitopt.gait.functions import (
     Torsion,
 )
 from gaitopt.gait.motor_space import LoopMotors
+from gaitopt.gait.quantities import CORNER_NAMES
 from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
@@ -59,7 +60,6 @@ LEAST_FORCE = 1.0  # N, where the centre of pressure is given up
 LEAST_IMPULSE = 1e-3  # N.s, the same
 
 EDGES = ("front", "rear", "left", "right")
-CORNER_NAMES = ("toe left", "toe right", "heel left", "heel right")
 _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
 LANDING_SCALE = 1e-3  # m: rows that vanish at the end, as fine as what they are there
 _STEEPER = 1.001  # refinement leaves their slope at the end short by less than a thousandth

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
-from gaitopt.bounds import GAIT, too_large
+from gaitopt.bounds import GAIT, NUMBER, too_large
 from gaitopt.contact.mode import FlatFoot
 from gaitopt.contact.schedule import LegExchange, PhaseEnd
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.recorded import LARGEST
 from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.ties import DEGREE
@@ -611,7 +610,7 @@ def check_members(members: Arrays, kinds: Iterable[Member]) -> None:
             raise InputError(f"its '{member.name}' has shape {array.shape}; it must be {wanted}")
         if kind == "f" and not np.isfinite(array).all():
             raise InputError(f"its '{member.name}' holds NaN or infinity")
-        if kind == "f" and float(np.abs(array).max(initial=0.0)) > LARGEST:
+        if kind == "f" and float(np.abs(array).max(initial=0.0)) > NUMBER:
             raise InputError(f"its '{member.name}' holds a number that is no SI value")
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _XYZ = ("x", "y", "z")
 _WRENCH = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in _XYZ)
-_CORNERS = ("toe left", "toe right", "heel left", "heel right")
+CORNER_NAMES = ("toe left", "toe right", "heel left", "heel right")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ WRENCH = Quantity(
 )
 CORNERS = Quantity(
     "corners", "m", "stance sole: corners of the swing sole",
-    tuple(f"{corner} {axis}" for corner in _CORNERS for axis in _XYZ),
+    tuple(f"{corner} {axis}" for corner in CORNER_NAMES for axis in _XYZ),
 )  # fmt: skip
 TRUNK = Quantity(
     "trunk", "rad", "direction of travel: attitude of the pelvis frame",

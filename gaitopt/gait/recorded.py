@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gaitopt.actuators.linkages import linkages_from_rows
+from gaitopt.bounds import NUMBER
 from gaitopt.errors import GaitFileError, GaitoptError, RobotError
 from gaitopt.escape import printable
 from gaitopt.gait.motor_space import DrivenJoints, MotorSpace, joints_of_linkages
@@ -19,8 +20,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
 
-LARGEST = 1e50
-"""Of any number in a gait, in SI units: sums of squares and products still have a value."""
 _LEG_JOINTS = 6  # of each leg of gaits that do not record it
 
 
@@ -46,6 +45,11 @@ class Recorded:
         for key in keys:
             value = value.get(key) if isinstance(value, Mapping) else None
         return value
+
+    @property
+    def certified(self) -> bool:
+        """Whether its record says that it is proven."""
+        return self.fact("certificate", "certified") is True
 
     def number(self, *keys: str) -> float | None:
         """Return a number of `meta`, None if it is absent or not a number."""
@@ -81,7 +85,7 @@ def is_number(value: object) -> bool:
     return (
         isinstance(value, int | float)
         and not isinstance(value, bool)
-        and -LARGEST <= value <= LARGEST
+        and -NUMBER <= value <= NUMBER
     )
 
 

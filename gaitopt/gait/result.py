@@ -11,12 +11,12 @@ from importlib import import_module
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.bounds import INSTANTS, at_most
+from gaitopt.bounds import INSTANTS, NUMBER, at_most
 from gaitopt.contact.mode import FlatFoot
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
-from gaitopt.gait.recorded import LARGEST, Recorded, drawn_robot
+from gaitopt.gait.recorded import Recorded, drawn_robot
 from gaitopt.gait.spline import bernstein
 from gaitopt.gait.trajectory import FootTurning, Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.joint_tree import TWIST
@@ -481,9 +481,9 @@ def _frozen(name: str, value: object) -> Array:
     if not np.isfinite(array).all():
         index = ", ".join(str(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError(f"the gait's '{name}' holds NaN or infinity at [{index}]")
-    if np.abs(array).max(initial=0.0) > LARGEST:
+    if np.abs(array).max(initial=0.0) > NUMBER:
         raise InputError(
-            f"the gait's '{name}' holds a number beyond {LARGEST:g}, which is no SI value"
+            f"the gait's '{name}' holds a number beyond {NUMBER:g}, which is no SI value"
         )
     array.setflags(write=False)
     return array

@@ -25,10 +25,12 @@ from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 
+MIRRORED_WRENCH = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+"""Signs of a wrench seen in a mirror, in the other foot's sole frame."""
+
 _SNAP = 1e-9  # of a step: instants this near to its end are its end
 _STRAIGHT = 1e-9  # rad: feet turned by less point along the walk
 _FEET = 2
-_MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # a wrench in the other foot's sole frame
 _ITERATIONS, _CLOSED = 20, 1e-12  # rad: of Newton's method, which is quadratic
 _RESTING = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])  # base at the origin: x y z, quaternion
 
@@ -409,7 +411,7 @@ class Trajectory:
             values = self._exchanged(part.motion(local[rows]), number)
             motion[:, rows[:, None], body.moving] = values
             foot_motion[:, rows] = part.foot_motion(local[rows])
-            turned = _MIRRORED if self._mirrored(number) else 1.0
+            turned = MIRRORED_WRENCH if self._mirrored(number) else 1.0
             front[rows] = part.front_wrench(local[rows]) * turned
             both[rows] = part.front is not None
         body.follow(motion)

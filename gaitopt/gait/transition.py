@@ -163,11 +163,6 @@ class Transition(Recorded):
         return per_second(found.text("task", "cost", "unit") or TorqueCost().unit)
 
     @property
-    def certified(self) -> bool:
-        """Whether its record says that it is proven."""
-        return self.fact("certificate", "certified") is True
-
-    @property
     def speed(self) -> float:
         """Speed of the walk that it leads to [m/s]; 0 where that is rest."""
         return 0.0 if self.after is None else self.after.speed

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.bounds import NUMBER
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import joint_coordinate, reduced
 from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
@@ -25,7 +26,6 @@ from gaitopt.nlp import Array
 
 Index = NDArray[np.int64]
 BASE = -1  # as parent of a joint: the floating base
-_LARGEST = 1e50  # of any number, in SI units: sums of squares and products still have a value
 _RIGID = 1e-6  # of what makes a matrix a rotation: more is no rounding
 _SAME = 1e-12  # relative: what is left of no difference by rounding
 _LEAST = 1e-9  # relative: moments of inertia this much below what a body can have are rounding
@@ -373,10 +373,10 @@ def checked_multibody(body: Multibody) -> Multibody:
     for entry in fields(body):
         value = getattr(body, entry.name)
         numbers = isinstance(value, np.ndarray) and value.dtype.kind == "f"
-        if numbers and np.abs(value).max(initial=0.0) > _LARGEST:
+        if numbers and np.abs(value).max(initial=0.0) > NUMBER:
             raise RobotError(
                 f"the robot of the gait is not one: its {entry.name} holds a number beyond "
-                f"{_LARGEST:g}"
+                f"{NUMBER:g}"
             )
 
     def refuse(what: str, wrong: NDArray[np.bool_]) -> None:

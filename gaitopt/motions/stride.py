@@ -19,12 +19,12 @@ from numpy.polynomial import Polynomial
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
-from gaitopt.gait.trajectory import TrajectoryPhase
+from gaitopt.gait.trajectory import MIRRORED_WRENCH, TrajectoryPhase
 from gaitopt.nlp import Array
 
 _JOINTS = ("q", "dq", "ddq", "torque")
 _GROUND = {  # mirror images; a moment is an axial vector
-    "ground_wrench": np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0]),
+    "ground_wrench": np.diag(MIRRORED_WRENCH),
     "cop": np.diag([1.0, -1.0]),
 }
 _WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.gait.result import Gait
-from gaitopt.gait.trajectory import Trajectory
+from gaitopt.gait.trajectory import MIRRORED_WRENCH, Trajectory
 from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.nlp import Array
@@ -19,7 +19,6 @@ INSTANTS = 601
 """Of the step at which both engines are compared: 20 in each of the 30 intervals of a default."""
 AGREED = 1e-9
 """Relative difference up to which both engines say the same."""
-_MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # of a wrench
 _SLIGHT = 0.01  # of the largest momentum: impulses of a foot set down softly are nearly none
 
 
@@ -108,7 +107,8 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[np.arange(instants), samples.standing]
-    begin, turned = number * trajectory.step_duration, _MIRRORED if number == 1 else np.ones(6)
+    begin = number * trajectory.step_duration
+    turned = MIRRORED_WRENCH if number == 1 else np.ones(6)
     stated_impulse, after = own.impulse * turned, E @ own.rate_after
     if gait.striking:
         touch = begin + float(own.knots[-1])

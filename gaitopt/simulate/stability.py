@@ -24,6 +24,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from gaitopt.errors import InputError
+from gaitopt.gait.quantities import CORNER_NAMES
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.simulate.disturbance import stand
@@ -39,7 +40,6 @@ _DIFFERENCE = 1e-5  # rad and rad/s, of central differences
 _RATE_SCALE = 5.0  # 1/s: 1 rad counts as much as 5 rad/s in the size of a disturbance
 _ANGLE, _RATE, _EFFORT = 0.05, 0.5, 0.1  # rad, rad/s, share of the torque: equal costs of the LQR
 _PERIODS = 12  # of the Riccati equation; more change nothing
-_CORNERS = ("toe left", "toe right", "heel left", "heel right")
 _GRAZING = 1e-9  # m/s: slower corners land at any time
 _SMALL = 0.01  # of the linear region: size of the disturbances that are simulated
 _EXPLICIT = 1.0  # times the fastest rate: the method of Runge and Kutta follows it to 1 %
@@ -94,7 +94,7 @@ def stability(gait: Gait) -> Stability:
     walk = _Walk(gait)
     pd = np.repeat(walk.joint_pd()[None], INTERVALS, axis=0)
     late = walk.landing_row(walk.middle)
-    names = dict(zip(_CORNERS, walk.corners, strict=True))
+    names = dict(zip(CORNER_NAMES, walk.corners, strict=True))
     landing = {"middle": float(np.linalg.norm(late))}
     landing |= {name: float(np.linalg.norm(walk.landing_row(p))) for name, p in names.items()}
     height = float(np.mean(walk.heights))

@@ -17,6 +17,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.design.walkability import PYRAMID, STRIP
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.mechanics.single_support import FRICTION_RATE
 from gaitopt.nlp import Array
@@ -42,8 +43,6 @@ _STAND_WEIGHT = 1000.0  # of the standstill of the foot behind while both stand
 _DECAY = 3.0  # 1/s: rate at which the error of xi is to vanish
 _HOLD = 20.0  # 1/s, damping of the standing sole: less lets it rock after landing, with 30 the
 # narrow feet of Unitree's G1 fall
-_FRICTION = 0.53  # half-width of the friction pyramid
-_EDGE = 0.002  # m, strip of the sole that is not used
 _LEAST_FORCE = 20.0  # N, normal force on the standing sole
 _CATCH = 0.85  # share of the predicted error of xi at landing by which the step is moved
 _REACH = 0.25, 0.2  # m, most that a step is moved forward and sideways
@@ -125,9 +124,9 @@ class WholeBodyController:
         self._limit = np.where(np.isnan(limit), _UNLIMITED, limit)
         self._cones, self._lines = [], []
         for toe, heel, left, right in robot.body.sole_rectangle:
-            sizes = (toe - heel) / 2.0 - _EDGE, (left - right) / 2.0 - _EDGE
-            self._cones.append(wrench_cone(_FRICTION, *sizes))
-            self._lines.append(wrench_cone(_FRICTION, _LINE, sizes[1]))
+            sizes = (toe - heel) / 2.0 - STRIP, (left - right) / 2.0 - STRIP
+            self._cones.append(wrench_cone(PYRAMID, *sizes))
+            self._lines.append(wrench_cone(PYRAMID, _LINE, sizes[1]))
         moving = robot.body.moving
         self._swinging = [
             np.isin(moving, robot.body.leg(1 - foot)).astype(float) for foot in (0, 1)

@@ -22,7 +22,7 @@ from gaitopt.nlp import Array
 _HEAD, _RECORD = 84, 50  # bytes of a binary STL: before the triangles, and of each
 _CORNERS = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
 _VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE | re.IGNORECASE)
-_GREY = np.array([0.62, 0.65, 0.68, 1.0])
+GREY = np.array([0.62, 0.65, 0.68, 1.0])
 """In place of a texture, and of black where all is black: on that no shape can be seen."""
 _FACES = ("triangles", "polylist", "polygons")
 _OTHER_FACES = ("trifans", "tristrips")  # nobody writes them; left to others
@@ -117,11 +117,11 @@ def _colours(parts: list[MeshData]) -> Array | None:
     if all(part.colours is None for part in parts):
         return None
     rows = [
-        np.tile(_GREY, (len(part.corners), 1)) if part.colours is None else part.colours
+        np.tile(GREY, (len(part.corners), 1)) if part.colours is None else part.colours
         for part in parts
     ]
     colours = np.concatenate(rows)
-    return colours if colours[:, :3].any() else np.tile(_GREY, (len(colours), 1))
+    return colours if colours[:, :3].any() else np.tile(GREY, (len(colours), 1))
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ class _Document:
             for model in self.linked(effect).iter():
                 for diffuse in _children(model, "diffuse"):
                     values = [_numbers(e, np.float64)[:3] for e in _children(diffuse, "color")]
-                    plain = values[0] if values else _GREY[:3]
+                    plain = values[0] if values else GREY[:3]
                     return np.append(plain, 1.0 if unseen(model) else opacity(model))
         return None
 

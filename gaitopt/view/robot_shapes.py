@@ -22,7 +22,7 @@ from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source, load_mesh
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
-from gaitopt.view.mesh_data import MeshData, read_mesh
+from gaitopt.view.mesh_data import GREY, MeshData, read_mesh
 from gaitopt.view.simplify import Rows, simplified
 from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
 from gaitopt.view.viewer import Node, geometry
@@ -35,7 +35,6 @@ _FOOT = 0.02  # m: thickness of its feet
 _ENOUGH = 0.5  # of the moving bodies of the legs must be drawn
 _POINT = 0.06  # m: edge of the box that shows a load without one
 _LOAD = np.array([0.55, 0.36, 0.16, 1.0])
-_GREY = np.array([0.62, 0.65, 0.68, 1.0])
 _STANCE, _SWING, _TRUNK = 0xD55E00, 0x0072B2, 0x333333  # the colours of the figures
 
 
@@ -299,7 +298,7 @@ def _material(item: pin.GeometryObject) -> geometry.Material:
         shines["specular"] = _number(lustre.meshSpecularColor)
         shines["shininess"] = 100.0 * lustre.meshShininess
     black = _suffix(item) == ".dae" and not item.meshColor[:3].any()  # on it no shape can be seen
-    return _painted(_GREY if black else item.meshColor, **shines)
+    return _painted(GREY if black else item.meshColor, **shines)
 
 
 def _painted(colour: Array, **more: float) -> geometry.Material:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.importers.report import Finding, How
+from gaitopt.model.import_options import LIMIT_UNITS
 from gaitopt.nlp import Array
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ _ROUNDING = 1e-2  # rad: the same for the ends of ranges, however narrow
 _TOLD = 1e-6  # rad: ends of ranges that differ by less are not worth a word
 _COMMON = 0.5  # of the narrower range: where two have less in common, one of them is wrong
 _MOST = {"torque": 5000.0, "speed": 50.0}  # N.m, rad/s: larger values stand for "no limit"
-_UNITS = {"torque": "N·m", "speed": "rad/s"}
 _WIDEST = 2.0 * np.pi  # rad: a range beyond a full turn to either side stands for "no limit"
 _NARROW = 0.12  # rad: a whole turn of radians taken for degrees is narrower
 _DEGREES = (10.0, 200.0)  # how far a joint of a leg turns to one side, if its range is in degrees
@@ -134,7 +134,7 @@ def _without_placeholders(
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     findings, faults, values = [], [], {}
     for field, most in _MOST.items():
-        given, unit = getattr(raw, field), _UNITS[field]
+        given, unit = getattr(raw, field), LIMIT_UNITS[field]
         faults += [
             f"the {field} limit of '{name}' is {value} {unit}; it must be > 0"
             for name, value in zip(names, given, strict=True)
@@ -213,14 +213,14 @@ def _mirrored_limits(
     findings: list[Finding] = []
     differ: list[str] = []
     broken: list[str] = []
-    for field, unit in _UNITS.items():
+    for field in _MOST:
         mine = getattr(limits, field)
         its = mine[partner]
         kept = np.minimum(mine, its) if sides.keep is None else np.where(sides.keep, mine, its)
         for row in pairs:
             if mine[row] == its[row]:
                 continue
-            values = f"{mine[row]:.10g} and {its[row]:.10g} {unit}"
+            values = f"{mine[row]:.10g} and {its[row]:.10g} {LIMIT_UNITS[field]}"
             larger = max(mine[row], its[row])
             far = np.isinf(larger) or abs(mine[row] - its[row]) > _ALIKE * larger
             if sides.unequal == "refuse" and far:
