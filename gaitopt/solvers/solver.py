@@ -139,16 +139,17 @@ class Iterate:
         multipliers: of the rows, shape (m,).
         bound_multipliers: of the bounds, shape (n,).
         residual: KKT residual of the three above.
-        violation: largest violation of a row or bound.
-        worst: index of the worst row.
     """
 
     point: Point
     multipliers: Array
     bound_multipliers: Array
     residual: Residual
-    violation: float
-    worst: int
+
+    @property
+    def violation(self) -> float:
+        """Largest violation of a row or bound."""
+        return self.residual.feasibility
 
     def is_optimal(self, tolerance: float, feasibility: float) -> bool:
         """Return whether the optimality conditions hold to these tolerances."""
@@ -158,9 +159,8 @@ class Iterate:
 
 def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Iterate:
     """Judge a point and its multipliers (m,), (n,) by the definition of optimality."""
-    violation, worst = worst_violation(nlp, point)
     residual = kkt_residual(nlp, point, multipliers, bound_multipliers)
-    return Iterate(point, multipliers, bound_multipliers, residual, violation, worst)
+    return Iterate(point, multipliers, bound_multipliers, residual)
 
 
 def with_least_squares_multipliers(nlp: NLP, point: Point) -> Iterate:
@@ -210,7 +210,7 @@ class Recorder:
             iteration=len(self.history),
             cost=iterate.point.cost,
             violation=iterate.violation,
-            worst=iterate.worst,
+            worst=worst_violation(self.evaluator.nlp, iterate.point)[1],
             optimality=iterate.residual.optimality,
             radius=radius,
             seconds=time.perf_counter() - self.started,

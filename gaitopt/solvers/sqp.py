@@ -181,7 +181,8 @@ class _Run:
         self.iterate = iterate
         self.region = TrustRegion(options.initial_radius, options.max_radius)
         self.exact = exact = options.hessian == "exact" and nlp.has_hessian
-        self.hopeful = False  # whether the last step was accepted as it was
+        # whether the next step is likely to be: the last one was, or the start is nearly a solution
+        self.hopeful = exact and bool(iterate.multipliers.any())
         self.patience = Patience(STALLED_AFTER if exact else STALLED_AFTER_BFGS)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
@@ -275,8 +276,7 @@ class _Run:
         """
         if model.convex.sigma == 0.0:
             return model, posed, step
-        told = self._iterate_at(self.iterate.point, step)
-        again = with_active(model, told, self.penalty)
+        again = with_active(model, step.multipliers, self._held(step), self.penalty)
         if again is model:
             return model, posed, step
         posed_again, second = self._solve_subproblem(again)
@@ -380,10 +380,13 @@ class _Run:
 
     def _iterate_at(self, point: Point, step: ElasticStep) -> Iterate:
         """Return a point with the multipliers of a step from the present iterate."""
-        held = bound_multipliers(
+        return make_iterate(self.nlp, point, step.multipliers, self._held(step))
+
+    def _held(self, step: ElasticStep) -> Array:
+        """Return what of a step's multipliers of the box belongs to bounds, shape (n,)."""
+        return bound_multipliers(
             self.nlp.variables, self.iterate.point.x, step.box_multipliers, self.region.radius
         )
-        return make_iterate(self.nlp, point, step.multipliers, held)
 
     def _correct(
         self, model: LocalModel, posed: Subproblem, step: ElasticStep, last: Trial

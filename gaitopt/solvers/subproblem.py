@@ -137,15 +137,17 @@ def build_model(
     )
 
 
-def with_active(model: LocalModel, iterate: Iterate, penalty: float) -> LocalModel:
-    """Return a model made convex for the rows that an iterate's multipliers tell, or itself.
+def with_active(
+    model: LocalModel, multipliers: Array, bound_multipliers: Array, penalty: float
+) -> LocalModel:
+    """Return a model made convex for the rows that other multipliers tell, or itself.
 
     Args:
         model: the local model; the slack of its next step is believed to be zero.
-        iterate: with other multipliers.
+        multipliers, bound_multipliers: of rows (m,) and bounds (n,).
         penalty: nu, the weight of the slack.
     """
-    told = *_signs(iterate.multipliers), *_signs(iterate.bound_multipliers)
+    told = *_signs(multipliers), *_signs(bound_multipliers)
     known = model.up, model.down, model.bound_up, model.bound_down
     if all(np.array_equal(one, other) for one, other in zip(told, known, strict=True)):
         return model
