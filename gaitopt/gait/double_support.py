@@ -72,12 +72,12 @@ class Displacement:
     point: Array | None = None
 
     @cached_property
-    def twist(self) -> Array:
-        """Its unit motion, linear part first, shape (6,)."""
+    def motion(self) -> pin.Motion:
+        """Its unit motion."""
         if not self.turns:
-            return np.concatenate([self.axis, _ZERO])
+            return pin.Motion(self.axis, _ZERO)
         moved = _ZERO if self.point is None else np.cross(self.point, self.axis)
-        return np.concatenate([moved, self.axis])
+        return pin.Motion(moved, self.axis)
 
 
 PELVIS_CHAIN = (
@@ -129,14 +129,12 @@ def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Ar
         chain: displacements from the stance sole outwards.
         geometry: the geometric quantities, shape (10,) or more.
     """
-    placement = pin.SE3.Identity()
-    axes = np.empty((len(chain), 6))
-    for row, joint in zip(axes, chain, strict=True):
-        row[:] = placement.toActionMatrix() @ joint.twist
-        driven = 1.0 if joint.quantity is None else float(geometry[joint.quantity])
-        amount = joint.factor * driven
-        placement = placement * pin.exp6(amount * joint.twist)
-    return placement, axes
+    placement, axes, amounts = pin.SE3.Identity(), [], geometry.tolist()
+    for joint in chain:
+        axes.append(placement.act(joint.motion).vector)
+        driven = 1.0 if joint.quantity is None else amounts[joint.quantity]
+        placement = placement * pin.exp6(joint.motion * (joint.factor * driven))
+    return placement, np.array(axes)
 
 
 def drive(chain: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> Array:
@@ -296,9 +294,9 @@ class DoubleSupport(ABC):
         """Return the jacobian of the legs in the geometric quantities, shape (2, 3, G)."""
         pelvis_twists, sole_twists = posture.twists
         points = posture.points
-        hips = [_point_jacobian(p, pelvis_twists) for p in points[:2]]
-        ankle = _point_jacobian(points[2], sole_twists)
-        return np.stack([hips[0], hips[1] - ankle])
+        found = _point_jacobian(points[:2], pelvis_twists)
+        found[1] -= _point_jacobian(points[2], sole_twists)
+        return found
 
     def _point_forces(self, posture: Posture, weights: Array) -> tuple[Array, Array]:
         """Six-forces on pelvis and sole that the leg weights (2, 3) are worth."""
@@ -339,7 +337,7 @@ class DoubleSupport(ABC):
 
 
 def _point_jacobian(point: Array, twists: Array) -> Array:
-    """Velocity of a body point per unit of each twist (6, p), shape (3, p)."""
+    """Velocity of body points (..., 3) per unit of each twist (6, p), shape (..., 3, p)."""
     return np.asarray(twists[:3] - skew(point) @ twists[3:])
 
 

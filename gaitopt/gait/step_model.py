@@ -227,7 +227,7 @@ class StepModelBase(ABC):
             return None
         return np.asarray(start + self.grid.instants[:, None] * (yaw_end - start))
 
-    @property
+    @cached_property
     def geometry_in_x(self) -> Array:
         """Derivatives of the geometric quantities in x, shape (G, P)."""
         found = np.zeros((len(self.layout.geometry), self.chart.matrix.shape[1]))
@@ -261,10 +261,15 @@ class StepModelBase(ABC):
             quantities.GAPS: posture.gaps[:, :, own] @ self.at_start,
             quantities.TRAVEL: self.geometry_in_x[[STEP_LENGTH, DURATION]][None],
             quantities.FOOT_TURN: foot_turn_rows(hinges),
-            quantities.PEAK: np.tile(self.chart.matrix[self.layout.largest], (count, 1, 1)),
+            quantities.PEAK: self._peak_in_x,
             quantities.ADVANCE: np.zeros((1, 0, motion.shape[2])),
             **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }
+
+    @cached_property
+    def _peak_in_x(self) -> Array:
+        """Derivatives of the largest torque in x, the same at all instants, (N, 1 or 0, P)."""
+        return np.tile(self.chart.matrix[self.layout.largest], (self.grid.count, 1, 1))
 
     def _turn_at_end(self, z: Array) -> Turning | None:
         """How the stance foot turns as the step ends; None where it stands flat."""

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from eigenpy import PartialPivLU
 
 from gaitopt.contact.mode import Hinge
 from gaitopt.mechanics.inverse_dynamics_hessian import (
@@ -255,9 +256,10 @@ class Impact:
         """Return the state and its exact derivatives, Eqs. (58)-(62); arguments as of `state`."""
         D, J = self._matrices(posture)
         K, nv, n = self._kkt(D, J), self._nv, len(posture)
+        factors = PartialPivLU(K)
         rhs = np.zeros(self._size)
         rhs[:nv] = _momentum(D, rate_before, sole_before)
-        state = self._state(solve(K, rhs))
+        state = self._state(solve(factors, rhs))
         sides = np.zeros((self._size, 2 * n + (0 if sole_before is None else BASE)))
         bent = self._bent(posture, rate_before, sole_before, state)
         momentum, landing = self._residual_jacobians(posture, rate_before, sole_before, state, bent)
@@ -265,7 +267,7 @@ class Impact:
         sides[:nv, n : 2 * n] = D[:, BASE:]
         if sole_before is not None:
             sides[:nv, 2 * n :] = D[:, :BASE]
-        posture_part, rate_part, sole_part = np.split(solve(K, sides), [n, 2 * n], axis=1)
+        posture_part, rate_part, sole_part = np.split(solve(factors, sides), [n, 2 * n], axis=1)
         of_sole = None if sole_before is None else sole_part
         return state, ImpactDerivatives(posture_part, rate_part, K, of_sole, bent)
 

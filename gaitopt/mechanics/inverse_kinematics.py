@@ -109,7 +109,7 @@ class LegKinematics:
         matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
         # Free joints that turn those of the legs.
         free = np.unique(robot.coupling.motor[legs])
-        square = matrix.shape[0] == matrix.shape[1] == len(free)
+        square, q = matrix.shape[0] == matrix.shape[1] == len(free), q.copy()
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = robot.coupling.angles(q)
             J = pin.computeJointJacobians(model, data, self._q)
@@ -120,16 +120,15 @@ class LegKinematics:
             columns = J[:, 6 : 6 + legs.stop]
             matrix[:TWIST, :stance], matrix[TWIST:] = columns[:, :stance], columns
             step = (
-                _solve(matrix, gap)
+                solve(matrix, gap)
                 if square
                 else np.linalg.lstsq(
                     matrix @ robot.coupling.at(q).matrix[legs][:, free], gap, rcond=_RANK
                 )[0]
             )
             largest = float(np.abs(step).max())
-            if not np.isfinite(largest):
+            if not math.isfinite(largest):
                 break
-            q = q.copy()
             q[free] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
             if largest < _LAST_STEP:
                 return q
@@ -209,12 +208,12 @@ def chain_hessian(axes: Array, force: Array) -> Array:
 
 
 def _solve(matrix: Array, rhs: Array) -> Array:
-    try:
-        return solve(matrix, rhs)
-    except np.linalg.LinAlgError as error:
+    found = solve(matrix, rhs)
+    if not np.isfinite(found).all():
         raise UnreachableError(
             "a leg is singular (straight knee); lower the pelvis or shorten the step"
-        ) from error
+        )
+    return found
 
 
 def loop_gap(gap: pin.SE3) -> Array:

@@ -144,6 +144,7 @@ class SingleSupport:
         self._q = np.tile(pin.neutral(model), (count, 1))
         self._v = np.zeros((count, model.nv))
         self._a = np.zeros((count, model.nv))
+        self._instants = list(zip(self._q, self._v, self._a, strict=True))  # views
         frame = model.frames[robot.swing_frame]
         points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
         self._corners_in_last = points
@@ -182,7 +183,7 @@ class SingleSupport:
         model, data = self.robot.model, self._data
         effort = np.empty((self.count, model.nv))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
-        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
+        for k, motion in enumerate(self._instants):
             pin.rnea(model, data, *motion)
             pin.updateGlobalPlacements(model, data)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
@@ -207,7 +208,7 @@ class SingleSupport:
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
         axes = np.empty((self.count, n, 6))
         of_q, of_dq, of_ddq = np.split(jacobian, 3, axis=2)
-        for k, instant in enumerate(zip(self._q, self._v, self._a, strict=True)):
+        for k, instant in enumerate(self._instants):
             pin.computeRNEADerivatives(model, data, *instant)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
             of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration

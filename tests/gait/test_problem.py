@@ -25,7 +25,8 @@ def differences(name: str) -> list[np.ndarray]:
         return np.concatenate([[at.cost], at.rows])
 
     # The speeds with which a foot leaves depend little on anything: their differences are small.
-    step = STEP * (10.0 if "toe off" in name else 4.0 if "seven joints" in name else 1.0)
+    large = "toe off" in name or "upstairs" in name
+    step = STEP * (10.0 if large else 4.0 if "seven joints" in name else 1.0)
     return [jacobian_difference(values, x, problem.variables.scale, h) for h in steps(step)]
 
 
