@@ -140,7 +140,7 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
     at_instants = tuple(_at_instants(fine, x, set(sides.names)))
     if not sides.names:
         return at_instants
-    pieces = _resolved(fine, x, _pieces(fine, x, sides))
+    pieces = _resolved(fine, x.tobytes())
     return *_polished(
         pieces, sides, fine.edges, *_brackets(pieces, fine.changes, everywhere)
     ), *at_instants
@@ -157,15 +157,24 @@ def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
     return found
 
 
-def _resolved(fine: WalkProblem, x: Array, pieces: list[_Piece]) -> list[_Piece]:
-    """Divide pieces until every row that comes near a limit is known well enough there.
+@lru_cache(maxsize=2)
+def _resolved(fine: WalkProblem, parameters: bytes) -> list[_Piece]:
+    """Divide the step until every row that comes near a limit is known well enough there.
+
+    The last ones are kept: a walk is refined, confirmed and certified by the same extremes.
 
     Into four at a time: what makes a row hard to follow is at one place, where halves would be
     halved again and again, each time for as long as an evaluation takes.
 
     What is still unclear when there are too many of them keeps its error, of which the certificate
     tells.
+
+    Args:
+        fine: the walk on the proof's grid.
+        parameters: x, shape (P,), as bytes.
     """
+    x = np.frombuffer(parameters)
+    pieces = _pieces(fine, x, _sides(fine))
     while unclear := [piece for piece in pieces if _unclear(piece)]:
         if PARTS * len(unclear) > MOST_PARTS:
             break
@@ -223,6 +232,7 @@ def _dense_points() -> Array:
     return -np.cos(np.linspace(0.0, np.pi, DENSE))
 
 
+@lru_cache(maxsize=2)
 def _sides(problem: WalkProblem) -> _Sides:
     """Return the limits of the constraints that look at every instant inside the step."""
     instants = problem.grid.instants

@@ -152,10 +152,12 @@ def _rate(
         setting: what changes.
         side: 1.0 where limits give, -1.0 where they take.
     """
+    held = [b for b in problem.blocks if b.name in pressed and b.name in setting.constraints]
+    if not held:
+        return 0.0
     value = setting.before + side * _SHARE * setting.step
     robot, task = setting.changed(problem.robot, problem.task, value)
-    held = [block for block in problem.blocks if block.name in pressed]
-    changed = constraint_blocks(robot, task, problem.grid, pressed)
+    changed = constraint_blocks(robot, task, problem.grid, [block.name for block in held])
     changes = (
         pressing(new, old, pressed[old.name], whole) - pressing(old, old, pressed[old.name], whole)
         for old, new in zip(held, changed, strict=True)

@@ -442,9 +442,9 @@ class Constraint(ABC):
             reads=self.reads,
             function=function,
             labels=labels,
-            lower=np.broadcast_to(lower, shape).copy(),
-            upper=np.broadcast_to(upper, shape).copy(),
-            scale=np.broadcast_to(scale, shape[1:]).copy(),
+            lower=np.full(shape, lower, dtype=np.float64),
+            upper=np.full(shape, upper, dtype=np.float64),
+            scale=np.full(shape[1:], scale, dtype=np.float64),
             instants=instants,
             times=times,
         )

@@ -555,7 +555,7 @@ class Clearance(_LeastHeight):
     """
 
     name, equation, unit, words = "clearance", "3.2.3", "m", "clearance of the swing foot"
-    margins = ("clearance",)
+    margins = ("clearance", "liftoff_speed")
 
     def _least(self, context: ConstraintContext, s: Array) -> Array:
         margins = context.margins

@@ -155,7 +155,7 @@ class WalkProblem(NLP):
             np.concatenate([(b.upper / b.scale).ravel() for b in self.blocks]),
         )
         self._row_scales = np.concatenate(
-            [np.broadcast_to(b.scale, b.lower.shape).ravel() for b in self.blocks]
+            [np.full(b.lower.shape, b.scale).ravel() for b in self.blocks]
         )
         ends = accumulate([b.size for b in self.blocks])
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
