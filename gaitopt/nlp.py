@@ -214,10 +214,18 @@ def stopping(stop: Stop, early: StopCallback | None = None) -> StopCallback:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a solver starts: x (n,), and multipliers (m,) if a good guess is known."""
+    """Where a solver starts.
+
+    Attributes:
+        x: shape (n,).
+        multipliers: shape (m,), if a good guess is known.
+        hessian: of a neighbour's Lagrangian, as of `Solution`, for the first step in place of its
+            own: that goes along the tangent of the solutions as a task changes.
+    """
 
     x: Array
     multipliers: Array | None = None
+    hessian: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -236,6 +244,8 @@ class Solution:
         seconds: wall time.
         solver: name of the solver.
         history: one record per iteration.
+        hessian: of the Lagrangian in scaled variables, the last one computed, shape (n, n); None
+            where there was none.
     """
 
     x: Array
@@ -251,6 +261,7 @@ class Solution:
     seconds: float
     solver: str
     history: tuple[Progress, ...] = ()
+    hessian: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ samples; `complete` refines and certifies it between them when there is time.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gaitopt.design.options import DesignOptions
@@ -19,7 +20,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
+from gaitopt.nlp import Solution, Start, Status, Stop, never, stopping
 
 ANSWERED, LATE, NONE = "optimal at the samples", "late", "no walk"
 NEARLY = 1e-3
@@ -125,11 +126,11 @@ class Replanner:
 
         problem = WalkProblem(robot, task)
         solution, reason = None, ""
-        for x, multipliers in self._starts(problem):
-            if x is None:
+        for begin in self._starts(problem):
+            if begin is None:
                 reason = "the step asked for is longer than the legs"
                 continue
-            solution = self._solved(problem, x, multipliers, ends)
+            solution = self._solved(problem, begin, ends)
             if solution.status is Status.INTERRUPTED or _walks(solution):
                 break
         outcome = NONE
@@ -145,38 +146,35 @@ class Replanner:
         self._unfinished = plan if outcome == LATE else None
         return plan
 
-    def _starts(self, problem: WalkProblem) -> list[tuple[Array | None, Array | None]]:
-        """Return parameters and multipliers to begin with, the most promising first."""
-        starts: list[tuple[Array | None, Array | None]] = []
+    def _starts(self, problem: WalkProblem) -> Iterator[Start | None]:
+        """Yield where to begin, the most promising first; None in place of a first guess."""
         for plan in (self._unfinished, self.last):
             if plan is None or plan.solution is None:
                 continue
             same = plan.problem.task == problem.task
             if plan is self._unfinished and not same and plan.solution.violation > NEARLY:
                 continue
-            x, multipliers = plan.solution.x, plan.solution.multipliers
+            known, x = plan.solution, plan.solution.x
             if plan.problem.robot is not problem.robot:
                 try:
                     x = resized(x, plan.problem, problem)
                 except (InputError, UnreachableError, EvaluationError):
                     continue
             if x.shape == (problem.layout.size,):
-                fits = multipliers.shape == problem.rows.lower.shape
-                starts.append((x, multipliers if fits else None))
+                fits = known.multipliers.shape == problem.rows.lower.shape
+                yield Start(x, known.multipliers, known.hessian) if fits else Start(x)
         try:
-            starts.append((first_guess(problem), None))
+            guess = first_guess(problem)
         except UnreachableError:
-            starts.append((None, None))
-        return starts
+            yield None
+        else:
+            yield Start(guess)
 
-    def _solved(
-        self, problem: WalkProblem, x: Array, multipliers: Array | None, ends: Stop
-    ) -> Solution:
-        if multipliers is None and self.last is None:
-            return attempt(problem, self.options, x, stop=ends)
+    def _solved(self, problem: WalkProblem, begin: Start, ends: Stop) -> Solution:
+        if begin.multipliers is None and self.last is None:
+            return attempt(problem, self.options, begin.x, stop=ends)
         solver = self.options.solver.first_stage.near_solution()
-        nlp = derived(problem, self.options)
-        return solver.solve(nlp, Start(x, multipliers), stop=stopping(ends))
+        return solver.solve(derived(problem, self.options), begin, stop=stopping(ends))
 
 
 def _walks(solution: Solution) -> bool:

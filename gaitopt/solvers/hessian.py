@@ -60,9 +60,10 @@ class LagrangianHessian:
 
     Attributes:
         definite: whether the Hessian is positive definite by construction.
+        borrowed: whether the last one is that of a neighbour.
     """
 
-    def __init__(self, evaluator: Evaluator, exact: bool) -> None:
+    def __init__(self, evaluator: Evaluator, exact: bool, neighbours: Array | None = None) -> None:
         """Begin with the identity.
 
         In scaled variables that is a fair guess; scaling it by the first step, as Nocedal &
@@ -71,17 +72,28 @@ class LagrangianHessian:
         Args:
             evaluator: the program.
             exact: use its second derivatives if it has any.
+            neighbours: exact one of a neighbour, shape (n, n), to begin with.
         """
         self._evaluator = evaluator
         self._exact = exact and evaluator.nlp.has_hessian
-        self._matrix = np.eye(evaluator.nlp.variables.scale.size)
-        self.definite = True
+        known = neighbours if self._exact else None
+        self._matrix = np.eye(evaluator.nlp.variables.scale.size) if known is None else known
+        self.definite = known is None
+        self.borrowed, self._unused = False, known is not None
+
+    @property
+    def last(self) -> Array | None:
+        """The last exact one, shape (n, n), None where there was none."""
+        return None if self.definite else self._matrix
 
     def at(self, iterate: Iterate) -> Array:
         """Return the (n, n) Hessian at an iterate; the last known one where it is undefined."""
         if self._exact:
             nlp = self._evaluator.nlp
             scale = nlp.variables.scale
+            self.borrowed, self._unused = self._unused, False
+            if self.borrowed:
+                return self._matrix
             try:
                 H = self._evaluator.hessian(iterate.point.x, iterate.multipliers, nlp.cost_scale)
             except EvaluationError:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.errors import MissingExtraError
-from gaitopt.nlp import Array, Indices, Point, Solution, Status
+from gaitopt.nlp import Array, Indices, Point, Solution, Start, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.multipliers import one_sided
@@ -53,8 +53,8 @@ class Ipopt(SingleStage):
     feasibility: float = FEASIBILITY
     max_iterations: int = 1000
 
-    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
-        del multipliers  # it finds its own
+    def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
+        del start  # it finds its own multipliers
         nlp = recorder.evaluator.nlp
         try:
             cyipopt = importlib.import_module("cyipopt")

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.errors import EvaluationError
-from gaitopt.nlp import NLP, Array, Point, Solution, Status
+from gaitopt.nlp import NLP, Array, Point, Solution, Start, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.hessian import RANK
@@ -57,8 +57,8 @@ class Newton(SingleStage):
     feasibility: float = FEASIBILITY
     max_iterations: int = 4
 
-    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
-        del multipliers  # it finds its own
+    def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
+        del start  # it finds its own multipliers
         nlp = recorder.evaluator.nlp
         iterate, status = with_least_squares_multipliers(nlp, point), Status.STALLED
         recorder.record(iterate)

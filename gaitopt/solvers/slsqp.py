@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gaitopt.nlp import Array, Point, Solution, Status
+from gaitopt.nlp import Array, Point, Solution, Start, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.solver import (
@@ -55,8 +55,8 @@ class SLSQP(SingleStage):
     cost_tolerance: float = 1e-12
     max_iterations: int = 500
 
-    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
-        del multipliers  # it finds its own
+    def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
+        del start  # it finds its own multipliers
         program = ScaledProgram(recorder.evaluator, point)
         last = _judge(program, point.x / program.scale)
         recorder.record(last)

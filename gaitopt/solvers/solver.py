@@ -292,16 +292,16 @@ class SingleStage(Solver):
             point = evaluator.point(np.clip(start.x, nlp.variables.lower, nlp.variables.upper))
         except EvaluationError:
             return recorder.failure(start.x)
-        return self._solved(recorder, point, start.multipliers)
+        return self._solved(recorder, point, start)
 
     @abstractmethod
-    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+    def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
         """Return what the method comes to.
 
         Args:
             recorder: of the run, with the program; it has nothing yet.
             point: the program at the start, moved into its bounds.
-            multipliers: of the rows at the start, shape (m,), None where they are not known.
+            start: as it was given.
         """
 
 

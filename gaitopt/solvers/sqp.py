@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from gaitopt.errors import EvaluationError
-from gaitopt.nlp import NLP, Array, Point, Solution, Status
+from gaitopt.nlp import NLP, Array, Point, Solution, Start, Status
 from gaitopt.settings import checked, entry
 from gaitopt.solvers.globalization import (
     CEILING,
@@ -135,21 +135,21 @@ class SQP(SingleStage):
         require_choice(self.name, "hessian", self.hessian, ("exact", "bfgs"))
         require_choice(self.name, "qp_solver", self.qp_solver, BACKENDS)
 
-    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+    def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
         nlp = recorder.evaluator.nlp
-        known = np.zeros(nlp.rows.lower.size) if multipliers is None else multipliers
+        known = np.zeros(nlp.rows.lower.size) if start.multipliers is None else start.multipliers
         multipliers = one_sided(known, nlp.rows.lower, nlp.rows.upper)
         first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
         if known.any() and first.violation <= self.feasibility:
             own = with_least_squares_multipliers(nlp, point)  # those of bounds too
             if own.is_optimal(self.tolerance, self.feasibility):
                 first = own
-        run = _Run(self, nlp, recorder, first)
+        run = _Run(self, nlp, recorder, first, start.hessian)
         status = run.iterate_until_verdict()
         best = recorder.answer(status, run.iterate)
         if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
             status = Status.STALLED  # it went astray from a feasible iterate
-        return recorder.solution(status, best)
+        return replace(recorder.solution(status, best), hessian=run.hessian.last)
 
     def limited(self, iterations: int, tolerance: float = 0.0) -> SQP:
         """Return the solver with at most so many iterations, and no tighter tolerance."""
@@ -173,7 +173,14 @@ class SQP(SingleStage):
 class _Run:
     """The state of a run: the iterate, its model, and what has been learnt on the way."""
 
-    def __init__(self, options: SQP, nlp: NLP, recorder: Recorder, iterate: Iterate) -> None:
+    def __init__(
+        self,
+        options: SQP,
+        nlp: NLP,
+        recorder: Recorder,
+        iterate: Iterate,
+        hessian: Array | None = None,
+    ) -> None:
         self.options = options
         self.nlp = nlp
         self.recorder = recorder
@@ -186,7 +193,7 @@ class _Run:
         self.patience = Patience(STALLED_AFTER if exact else STALLED_AFTER_BFGS)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
-        self.hessian = LagrangianHessian(recorder.evaluator, exact)
+        self.hessian = LagrangianHessian(recorder.evaluator, exact, hessian)
         self.penalty = initial_penalty(nlp, iterate, options.penalty)
         self.slack = 0.0
         self.last_length = options.initial_radius
@@ -351,6 +358,8 @@ class _Run:
         if not moved:
             self._unblock(trial)
             self._shrink(step.length)
+            if self.hessian.borrowed:
+                self.model = None
 
     def _try(self, model: LocalModel, step: ElasticStep, judged: ElasticStep) -> Trial | None:
         """Evaluate a step, held to the prediction of `judged`; None if undefined there."""

@@ -25,6 +25,7 @@ from gaitopt.nlp import (
     Indices,
     Point,
     Solution,
+    Start,
     Status,
     violations,
 )
@@ -92,12 +93,12 @@ class TrustConstr(SingleStage):
     row_scale: float = 300.0
     initial_radius: float = 1.0
 
-    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+    def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
         nlp = recorder.evaluator.nlp
-        known = np.zeros(point.rows.size) if multipliers is None else multipliers
+        known = np.zeros(point.rows.size) if start.multipliers is None else start.multipliers
         working_set = nearest_rows(nlp, point, known, self.rows_kept)
         run = _Run(self, ScaledProgram(recorder.evaluator, point), recorder, working_set)
-        status = run.solve(point.x, warm=multipliers is not None)
+        status = run.solve(point.x, warm=start.multipliers is not None)
         if recorder.stopped and status is not Status.OPTIMAL:
             status = Status.INTERRUPTED
         return recorder.solution(status, recorder.answer(status, run.iterate))

@@ -177,3 +177,28 @@ def test_where_only_the_cost_counts_a_run_ends_when_it_hardly_changes() -> None:
     assert rough.iterations < whole.iterations - 3
     assert rough.violation <= SETTLED_AT
     assert 1.0 <= rough.cost <= 1.0 + 5.0 * SETTLED
+
+
+def test_a_neighbours_hessian_saves_the_first_of_its_own(robot) -> None:
+    near, there = (WalkProblem(robot, preset_task(speed=v)) for v in (1.0, 1.01))
+    known = SQP().solve(near, Start(first_guess(near)))
+    assert known.hessian is not None
+    alone = SQP().near_solution().solve(there, Start(known.x, known.multipliers))
+    helped = SQP().near_solution().solve(there, Start(known.x, known.multipliers, known.hessian))
+    assert helped.status is alone.status is Status.OPTIMAL
+    assert helped.hessians == alone.hessians - 1
+    assert helped.iterations == alone.iterations
+    assert helped.cost == pytest.approx(alone.cost, rel=1e-9)
+    assert SQP(hessian="bfgs", max_iterations=2).solve(near, Start(known.x)).hessian is None
+
+
+def test_a_useless_hessian_is_put_aside(robot) -> None:
+    problem = WalkProblem(robot, preset_task(speed=1.0))
+    guess = first_guess(problem)
+    alone = SQP().solve(problem, Start(guess))
+    useless = 1e4 * np.eye(guess.size)
+    led_astray = SQP().solve(problem, Start(guess, hessian=useless))
+    assert led_astray.status is Status.OPTIMAL
+    assert led_astray.cost == pytest.approx(alone.cost, rel=1e-9)
+    assert led_astray.hessian is not None
+    assert not np.array_equal(led_astray.hessian, useless)
