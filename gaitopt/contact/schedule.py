@@ -86,6 +86,7 @@ class Symmetry(ABC):
         """Return E with joints of the next step = E joints of this one, constant, shape (n, n)."""
 
 
+@dataclass(frozen=True)
 class LegExchange(Symmetry):
     """The next step is the mirror image of this one: the legs change roles, Eqs. (26)-(27)."""
 

@@ -124,7 +124,8 @@ class Replanner:
         def ends() -> bool:
             return stop() or (deadline is not None and time.perf_counter() - began >= deadline)
 
-        problem = WalkProblem(robot, task)
+        known = None if self.last is None else self.last.problem
+        problem = WalkProblem(robot, task, neighbour=known)
         solution, reason = None, ""
         for begin in self._starts(problem):
             if begin is None:

@@ -113,6 +113,14 @@ class Layout:
         return np.array([quantity.value for quantity in self.geometry])
 
     @cached_property
+    def meaning(self) -> Layout:
+        """The layout but for bounds and first guesses: where it is the same, x is the same step."""
+        bare = (
+            GeometricParameter(q.name, "", 1.0, free=True) if q.free else q for q in self.geometry
+        )
+        return replace(self, geometry=tuple(bare))
+
+    @cached_property
     def joints(self) -> int:
         """Number of joints n."""
         return len(self.joint_names)

@@ -110,7 +110,16 @@ class WalkProblem(NLP):
         task: Task,
         grid: Grid | None = None,
         layout: Layout | StepsLayout | None = None,
+        neighbour: WalkProblem | None = None,
     ) -> None:
+        """Pose the program.
+
+        Args:
+            robot, task: of the walk.
+            grid: the task's, by default.
+            layout: the task's, by default.
+            neighbour: a walk whose last step is this one's too where only limits or cost differ.
+        """
         robot = robot.on_ground(task.ground.down)
         self.robot, self.task = robot, task
         self.robots = (robot, robot.on_ground(task.ground.in_mirror))[: task.steps]
@@ -122,6 +131,11 @@ class WalkProblem(NLP):
         self.blocks = constraint_blocks(robot, task, self.grid)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self._set_up(task.speed if task.steps == 1 else task.pace, penalty)  # along the path
+        if neighbour is not None and self._steps_as(neighbour):
+            self._last_step, self._last_derivatives = (
+                neighbour._last_step,
+                neighbour._last_derivatives,
+            )
 
     def _set_up(self, way: float, penalty: float = 0.0) -> None:
         """Make cost, models and limits, given robot, task, grid, edges, layout and blocks.
@@ -162,6 +176,19 @@ class WalkProblem(NLP):
         self._last_step: Step | Steps | None = None
         self._last_derivatives: _Derivatives | None = None
         self._last_point: Point | None = None
+
+    def _steps_as(self, other: WalkProblem) -> bool:
+        """Whether each x is the same step as in another walk."""
+        mine, its = self.layout, other.layout
+        return (
+            self.robot is other.robot
+            and isinstance(mine, Layout)
+            and isinstance(its, Layout)
+            and mine.meaning == its.meaning
+            and (self.schedule, self.read) == (other.schedule, other.read)
+            and np.array_equal(self.grid.instants, other.grid.instants)
+            and self.given is other.given is None
+        )
 
     @cached_property
     def breaks(self) -> Array:

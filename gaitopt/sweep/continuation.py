@@ -278,7 +278,7 @@ def _cost_slope(
             other = _changed(scenario, name, value + change)
             if other.task.in_place != scenario.task.in_place:  # whose cost is per second
                 return None
-            nearby = WalkProblem(other.robot.build(), other.task, problem.grid)
+            nearby = WalkProblem(other.robot.build(), other.task, problem.grid, neighbour=problem)
             return (_lagrangian(nearby, problem, solution) - solution.cost) / change
         except (InputError, EvaluationError):
             continue

@@ -181,3 +181,25 @@ def test_a_pelvis_out_of_reach_has_no_value(problem, guess):
     with pytest.raises(UnreachableError, match=r"pelvis height 0\.9000 m.*step length 0\.4000 m"):
         problem.values(x)
     assert np.isfinite(problem.values(guess).cost)
+
+
+def test_a_neighbours_step_is_taken_over_where_it_is_the_same(robot):
+    here = WalkProblem(robot, preset_task(speed=1.0))
+    x = first_guess(here)
+    here.point(x)
+    multipliers = np.linspace(-1.0, 1.0, here.rows.lower.size)
+    for changes, same in (
+        ({"speed": 1.1}, True),
+        ({"speed": 1.1, "friction": 0.5}, True),
+        ({"speed": 1.0, "duration": 0.6}, False),
+        ({"speed": 1.0, "samples": 21}, False),
+    ):
+        task = preset_task(**changes)
+        alone, beside = WalkProblem(robot, task), WalkProblem(robot, task, neighbour=here)
+        assert (beside.whole(x) is here.whole(x)) == same
+        for name in ("rows", "jacobian", "gradient"):
+            one, other = (getattr(problem.point(x), name) for problem in (alone, beside))
+            np.testing.assert_array_equal(one, other)
+        if alone.rows.lower.size == multipliers.size:
+            one, other = (p.hessian(x, multipliers, 1.0) for p in (alone, beside))
+            np.testing.assert_array_equal(one, other)
