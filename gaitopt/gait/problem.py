@@ -103,6 +103,9 @@ class WalkProblem(NLP):
     """Shares of the period at which its steps begin and end, shape (steps + 1,)."""
     given: Ends | None = None
     """What the first step begins with and the last one ends in; None where they repeat."""
+    _last_step: Step | Steps | None = None
+    _last_derivatives: _Derivatives | None = None
+    _last_point: Point | None = None
 
     def __init__(
         self,
@@ -132,10 +135,8 @@ class WalkProblem(NLP):
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self._set_up(task.speed if task.steps == 1 else task.pace, penalty)  # along the path
         if neighbour is not None and self._steps_as(neighbour):
-            self._last_step, self._last_derivatives = (
-                neighbour._last_step,
-                neighbour._last_derivatives,
-            )
+            self._last_step = neighbour._last_step
+            self._last_derivatives = neighbour._last_derivatives
 
     def _set_up(self, way: float, penalty: float = 0.0) -> None:
         """Make cost, models and limits, given robot, task, grid, edges, layout and blocks.
@@ -173,9 +174,6 @@ class WalkProblem(NLP):
         )
         ends = accumulate([b.size for b in self.blocks])
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
-        self._last_step: Step | Steps | None = None
-        self._last_derivatives: _Derivatives | None = None
-        self._last_point: Point | None = None
 
     def _steps_as(self, other: WalkProblem) -> bool:
         """Whether each x is the same step as in another walk."""
