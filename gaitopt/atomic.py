@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, reason_of
 
 try:
     import fcntl
@@ -42,13 +42,10 @@ def write_atomically(path: str | os.PathLike[str], data: bytes, *, synced: bool 
     try:
         _write(Path(os.path.realpath(target)), data, synced)
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
         remedy = "give a file name in a directory that exists and may be written"
         if isinstance(error, OSError) and error.errno in _FULL:
             remedy = "make room, or give a file name on another disk"
-        raise InputError(
-            f"cannot write '{target}': {(reason or 'unknown reason').lower()}; {remedy}"
-        ) from error
+        raise InputError(f"cannot write '{target}': {reason_of(error)}; {remedy}") from error
     return target
 
 
@@ -61,8 +58,7 @@ def make_directory(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        raise InputError(f"cannot make the directory '{path}': {reason}") from error
+        raise InputError(f"cannot make the directory '{path}': {reason_of(error)}") from error
     return path
 
 

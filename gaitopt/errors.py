@@ -25,6 +25,11 @@ def there_are(known: Iterable[str], name: object) -> str:
     return f"{did_you_mean(name, names)}there are {', '.join(names)}"
 
 
+def reason_of(error: Exception) -> str:
+    """Return why a file cannot be read or written, as the system says it: "permission denied"."""
+    return (getattr(error, "strerror", None) or str(error) or "unknown reason").lower()
+
+
 class GaitoptError(Exception):
     """Base of all gaitopt errors.
 

@@ -19,7 +19,7 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of, biped13
-from gaitopt.errors import SpecError, did_you_mean
+from gaitopt.errors import SpecError, did_you_mean, reason_of
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.units import read_quantity
 
@@ -337,10 +337,9 @@ def _read_table(path: Path) -> dict[str, Any]:
     try:
         text = read_bounded(path, TABLE)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
         raise SpecError(
-            f"cannot read {path}: {reason}; give the path of a TOML file, for example one that "
-            "'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
+            f"cannot read {path}: {reason_of(error)}; give the path of a TOML file, for example "
+            "one that 'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
         ) from None
     if not text.strip():
         raise SpecError(f"cannot read {path}: the file is empty; without --spec it is biped13")

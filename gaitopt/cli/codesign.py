@@ -49,7 +49,7 @@ from gaitopt.design.codesign import (
     with_proportions,
 )
 from gaitopt.design.process import small_matrices
-from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean
+from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean, reason_of
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task, task_record
@@ -249,12 +249,11 @@ def _variable(text: str, spec: BipedSpec | Robot, motors: MotorTable | None) -> 
 
 def study_record(study: Study) -> dict[str, Any]:
     """Return what a study asks, JSON-able: trials belong to one."""
-    start = study.parameters(np.array([v.start for v in study.variables]))
     return {
         "variables": [[v.name, v.lower, v.upper, v.start] for v in study.variables],
         "walks": [
             [case.label, case.weight, _print_of(*walk)]
-            for case, walk in zip(study.walks, study.each(start), strict=True)
+            for case, walk in zip(study.walks, study.each(study.begun), strict=True)
         ],
         "keep_leg": study.keep_leg,
     }
@@ -351,7 +350,7 @@ def _append(path: Path, record: Mapping[str, Any]) -> None:
             stream.flush()
             os.fsync(stream.fileno())
     except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror}") from error
+        raise InputError(f"cannot write '{path}': {reason_of(error)}") from error
 
 
 def _first(
@@ -399,15 +398,14 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
     costs = [[float(gait.cost or 0.0) for gait in gaits] for gaits in (found.before, found.after)]
     whole = [float(np.dot(weights, each)) for each in costs]
     own = {name: study.own[name] for name in found.values}
-    starts = study.parameters(np.array([v.start for v in study.variables]))
     units = {one.name: one.unit for one in study.variables}
     return {
         "robot": study.spec.name,
         "cost_unit": found.before[0].cost_unit,
         "parameters": {
             name: {
-                "unit": units.get(name, "m"), "of_the_robot": own[name], "begun_at": starts[name],
-                "found": value,
+                "unit": units.get(name, "m"), "of_the_robot": own[name],
+                "begun_at": study.begun[name], "found": value,
             }
             for name, value in found.values.items()
         },

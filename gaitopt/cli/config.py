@@ -12,7 +12,7 @@ from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.cli import command_options
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.errors import InputError, there_are
+from gaitopt.errors import InputError, reason_of, there_are
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import COSTS, Cost
 from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
@@ -397,7 +397,7 @@ def _table(path: Path) -> dict[str, object]:
     try:
         text = read_bounded(path, TABLE)
     except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        reason = reason_of(error)
         raise InputError(
             f"cannot read the configuration '{path}': {reason}; give the path of a TOML file"
         ) from error

@@ -24,7 +24,7 @@ from typing import NoReturn, TextIO
 
 import typer
 
-from gaitopt.errors import GaitoptError, IdleOptionError, InputError
+from gaitopt.errors import GaitoptError, IdleOptionError, InputError, reason_of
 from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
 
@@ -229,7 +229,7 @@ class _PipeStream(io.RawIOBase):
         except OSError as error:
             self._open = False
             if not (self._lenient or error.errno in _NOBODY_READS):
-                reason = (error.strerror or "unknown reason").lower()
+                reason = reason_of(error)
                 raise InputError(
                     f"cannot write the output: {reason}; make room, or send it elsewhere"
                 ) from error

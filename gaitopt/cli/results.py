@@ -18,7 +18,7 @@ from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.idle import idle
 from gaitopt.cli.request import Request, choices_text
 from gaitopt.design.summary import summarise
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, reason_of
 from gaitopt.gait.costs import Cost, WeightedSum
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
@@ -155,7 +155,7 @@ def require_writable(directory: Path, option: str = "--output") -> None:
         with tempfile.TemporaryFile(dir=whole):
             pass
     except OSError as error:
-        reason = f"in '{nearest}': {(error.strerror or str(error)).lower()}"
+        reason = f"in '{nearest}': {reason_of(error)}"
         if not nearest.is_dir():
             reason = f"'{nearest}' is a file"
         raise InputError(

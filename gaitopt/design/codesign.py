@@ -305,6 +305,11 @@ class Study:
             found[other] = self.own[THIGH] + self.own[SHIN] - found[chosen]
         return found
 
+    @property
+    def begun(self) -> dict[str, float]:
+        """The parameters where the search begins."""
+        return self.parameters(np.array([one.start for one in self.variables]))
+
     def drives(self, parameters: Mapping[str, float]) -> MotorTable | None:
         """Return the motors with the ratios that parameters set, None where none is chosen."""
         ratios = {k.removeprefix(MOTORS): v for k, v in parameters.items() if k.startswith(MOTORS)}
@@ -684,8 +689,7 @@ def first_walks(
     Raises:
         NoGaitFoundError: it cannot do one of them.
     """
-    parameters = study.parameters(np.array([v.start for v in study.variables]))
-    for case, (robot, task) in zip(study.walks, study.each(parameters), strict=True):
+    for case, (robot, task) in zip(study.walks, study.each(study.begun), strict=True):
         try:
             yield many_starts(robot, task, options, count=starts, stop=stop).design.gait
         except GaitoptError as error:

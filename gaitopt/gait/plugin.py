@@ -21,7 +21,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded, shown
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, reason_of
 from gaitopt.gait.constraint import Constraint
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
@@ -75,8 +75,7 @@ def load_plugin(path: str | Path) -> Plugin:
     try:
         content = read_bounded(path, TABLE)
     except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InputError(f"cannot read the plugin '{path}': {reason}") from error
+        raise InputError(f"cannot read the plugin '{path}': {reason_of(error)}") from error
     return _loaded(path.absolute(), sha256(content).hexdigest()[:16])
 
 

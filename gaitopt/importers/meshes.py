@@ -24,6 +24,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.bounds import MESH, too_large
+from gaitopt.errors import reason_of
 from gaitopt.nlp import Array
 
 LoadMesh = Callable[[str, Array], coal.BVHModelBase]
@@ -151,7 +152,7 @@ def unreadable(path: Path) -> str:
 
 
 def _no_access(error: OSError) -> str:
-    return f"cannot be read ({(error.strerror or str(error)).lower()})"
+    return f"cannot be read ({reason_of(error)})"
 
 
 @lru_cache(maxsize=4096)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.bounds import MEGABYTE, TABLE, TEXT, read_bounded
-from gaitopt.errors import InputError, RobotError, did_you_mean
+from gaitopt.errors import InputError, RobotError, did_you_mean, reason_of
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -32,7 +32,7 @@ def read_text(path: Path, what: str = "file") -> str:
             f"cannot read the {what} '{path}': it is not UTF-8 text; save it as UTF-8"
         ) from None
     except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        reason = reason_of(error)
         raise RobotError(f"cannot read the {what} '{path}': {reason}; check the path") from None
     if not text.strip():
         raise RobotError(f"cannot read the {what} '{path}': the file is empty")
