@@ -205,6 +205,11 @@ def save(name: str, data: object, quick: bool) -> None:
     (RESULTS / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 
 
+def saved(name: str) -> Any:
+    """Return a result that is saved."""
+    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))["data"]
+
+
 def arguments(description: str | None) -> argparse.ArgumentParser:
     """Return a parser that knows `--quick`."""
     parser = argparse.ArgumentParser(description=description)

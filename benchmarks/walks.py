@@ -1,6 +1,6 @@
 """Whether gaits walk in simulation: 100 steps of many robots, every way, a library of the biped.
 
-python benchmarks/walks.py [--quick]
+python benchmarks/walks.py [--quick] [--only PART ...]
 
 The tables of docs/performance.md are made of it. Robots whose package is not installed are left
 out.
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import arguments, robot_of, save
+from common import arguments, robot_of, save, saved
 from walks_section import walk_table
 
 from gaitopt import biped13, urdf_text
@@ -78,6 +78,7 @@ WAYS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
 )  # fmt: skip
 """Other walks: name, robot, preset, task."""
 LOADED = "load of 10 kg"
+THOROUGH = "thorough"
 SPEEDS = np.linspace(0.4, 1.35, 20)
 """Of the library [m/s]."""
 
@@ -162,13 +163,21 @@ def thorough() -> dict[str, Any]:
     gait = design_gait(robot, preset_task("robust", robot, speed=1.0)).gait
     found = battery(gait, thorough=True)
     return {
-        "checks": {one.check.name: one.passed for one in found.checks},
+        "checks": [
+            {
+                "name": one.check.name,
+                "passed": one.passed,
+                "speed_ratio": _ratio(one.walk.last_speed, one.walk.designed_speed),
+                "cost_ratio": _ratio(one.walk.cost, one.walk.designed_cost),
+            }
+            for one in found.checks
+        ],
         "pushes_Ns": {push.direction: push.impulse for push in found.pushes},
         "starts": f"{found.starts_walked} of {len(found.starts)}",
     }
 
 
-def main(quick: bool) -> None:
+def main(quick: bool, only: list[str]) -> None:
     """Design, walk, print; save what there is after each part."""
     some = list(WALKS[2:3] if quick else WALKS)
     steps, few = DEFAULT_STEPS if quick else STEPS, DEFAULT_STEPS
@@ -179,19 +188,27 @@ def main(quick: bool) -> None:
         "default": lambda: [] if quick else rows(some, "", few),
         "library": lambda: rows(speeds, "robust", steps),
     }
-    found: dict[str, Any] = {}
+    found: dict[str, Any] = {} if quick or not only else saved("walks")
     with small_matrices():
         for name, part in parts.items():
-            found[name] = list(part())
-            print(f"\n{name.capitalize()}\n\n{walk_table(found[name])}", flush=True)
-            save("walks", found, quick)
+            if name in only or not only:
+                found[name] = list(part())
+                print(f"\n{name.capitalize()}\n\n{walk_table(found[name])}", flush=True)
+                save("walks", found, quick)
         walking = [row for row in found["library"] if row.get("steps") == row.get("asked", 0)]
         found["share"] = len(walking) / len(found["library"])
         print(f"\nLibrary: {100.0 * found['share']:.0f} % walk")
-        found |= {} if quick else thorough()
+        if THOROUGH in only or not (only or quick):
+            found |= thorough()
         print({name: found[name] for name in found if name not in parts})
         save("walks", found, quick)
 
 
 if __name__ == "__main__":
-    main(arguments(__doc__).parse_args().quick)
+    parser = arguments(__doc__)
+    parser.add_argument(
+        "--only", nargs="+", default=[], help="parts to run, the others stay as they were saved",
+        choices=("robust", "ways", "default", "library", THOROUGH),
+    )  # fmt: skip
+    asked = parser.parse_args()
+    main(asked.quick, asked.only)

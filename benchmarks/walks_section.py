@@ -37,11 +37,20 @@ def walks(data: Record) -> str:
         "library": f"A library of the biped, `robust`: {100.0 * data['share']:.0f} % walk",
     }  # fmt: skip
     parts = [f"{title}:\n\n{walk_table(data[name])}" for name, title in titles.items()]
-    passed = sum(data["checks"].values())
+    checks = data["checks"]
+    passed = sum(one["passed"] for one in checks)
     pushes = ", ".join(f"{size:.0f} N·s {way}" for way, size in data["pushes_Ns"].items())
     parts.append(
-        f"The robust biped at 1.0 m/s passes {passed} of {len(data['checks'])} checks, survives "
+        f"The robust biped at 1.0 m/s passes {passed} of {len(checks)} checks, survives "
         f"pushes of {pushes}, and walks from {data['starts']} starts. Times are of the processor."
+    )
+    disturbed = [
+        [one["name"], "walks on" if one["passed"] else "falls or stumbles",
+         *_numbers(one, ("speed_ratio", "cost_ratio"))]
+        for one in checks
+    ]  # fmt: skip
+    parts.append(
+        table(("disturbed by", "ends", "last speed / designed", "cost / designed"), disturbed)
     )
     return "\n\n".join(parts)
 
@@ -57,7 +66,10 @@ def _walk(row: Record) -> list[str]:
     name = f"{row['robot']} {row['speed']:.2f} m/s"
     if "steps" not in row:
         return [name, "no walk", *[""] * 5, row["verdict"]]
-    numbers = (row[key] for key in ("speed_ratio", "cost_ratio", "designed_cost", "real_time"))
-    shown = ("-" if one is None else f"{one:.4g}" for one in numbers)
+    shown = _numbers(row, ("speed_ratio", "cost_ratio", "designed_cost", "real_time"))
     steps = f"{row['steps']} of {row['asked']}"
     return [name, steps, *shown, f"{row['second_engine']:.0e}", row["cause"]]
+
+
+def _numbers(row: Record, keys: tuple[str, ...]) -> list[str]:
+    return ["-" if row[key] is None else f"{row[key]:.4g}" for key in keys]

@@ -365,7 +365,7 @@ _COMMANDS = (
     "library lib --where speed>1.0 --columns cost,friction_used",
     "library lib --at speed=1.02 --output out.npz",
     f"optimise --speed 1.0 {_QUICK} --output out",
-    f"optimise --config task.toml --duration 0.4 {_QUICK}",
+    f"optimise --config task.toml --duration 0.4 {_QUICK} --output out",
     f"optimise --urdf robot.urdf --fix pelvis_yaw=0.0 --free duration {_QUICK} --output out",
     "sweep --speeds 1.0:1.05:0.05 --grid duration=0.4,0.42 --workers 1 --no-refine --samples 9 "
     "--solver sqp --output taken",

@@ -61,7 +61,8 @@ def run(given: Settings, options: OptimiseOptions) -> None:
     if output is not None:
         require_writable(output)
     else:
-        refuse_options({"--figures": figures}, "with --output DIR")
+        alone = {"--figures": figures, "--no-page": not options.page}
+        refuse_options(alone, "with --output DIR")
     request = make_request(given, options.config)
     errors, out = screen(stderr=True), screen()
     if not quiet:
@@ -110,8 +111,6 @@ def run(given: Settings, options: OptimiseOptions) -> None:
 
 def fragile_line(gait: Gait) -> str:
     """Return what in a gait is beyond what walks in simulation, with the options; or nothing."""
-    if gait.turning or gait.closing or gait.lands_on_line:  # such gaits are not simulated
-        return ""
     weak = [point for point in weak_points(gait) if point.weak]
     if not weak:
         return ""

@@ -217,8 +217,24 @@ class Group(_QuickHelp, TyperGroup):
     """The application before a command is asked for."""
 
 
+_NAMED_BY = {"urdf": (".urdf", ".xacro", ".xml", ".mjcf"), "config": (".toml",), "robot": ("",)}
+"""Options whose values people type without them, by how such values end, the nearest first."""
+
+
 class PlainCommand(_QuickHelp, TyperCommand):
     """A command with options of its own alone."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words, and name the option of a robot, or of a file, that was left out."""
+        ctx.allow_extra_args = True
+        rest: list[str] = super().parse_args(ctx, args)
+        if rest and not ctx.resilient_parsing:
+            words, known = " ".join(rest), {one.name for one in self.params}
+            ends = rest[0].lower().endswith
+            option = next((o for o, end in _NAMED_BY.items() if o in known and ends(end)), None)
+            meant = "" if option is None else f"; did you mean --{option} {rest[0]}?"
+            ctx.fail(f"Got unexpected extra argument(s) ({words}){meant}")
+        return rest
 
 
 class HelpfulCommand(PlainCommand):

@@ -355,7 +355,10 @@ def make_task(settings: Settings, robot: Robot) -> Task:
     plugin = None if path is None else load_plugin(path)
     schema = SCHEMA if plugin is None else with_plugin(plugin)
     names = [n for n in (*SCHEMA["task"], *schema["margins"]) if n in settings and n != "preset"]
-    changes: dict[str, Any] = {n: None if settings[n] == NO_LIMIT else settings[n] for n in names}
+    known = {**schema["task"], **schema["margins"]}
+    changes: dict[str, Any] = {
+        n: None if known[n].limit and settings[n] == NO_LIMIT else settings[n] for n in names
+    }
     changes["constraints"] = () if plugin is None else plugin.constraints
     if plugin is not None and plugin.terrain is not None:
         names = [n for n in schema["task"] if n in settings and n not in SCHEMA["task"]]

@@ -1,6 +1,9 @@
 """Several starts: there are several strict local optima, so search from several first guesses.
 
 The first start is the guess itself, the second a slower walk, the others are the guess disturbed.
+Where none leads to an optimum there is one more; of walks slower than a stroll it is a faster walk:
+their steps are so short that few impulses lift the rear foot, and from guesses at such steps the
+impulse dwindles, with which all limits on it meet in a point (docs/decisions/landing.md).
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ from gaitopt.design.summary import peak_torques
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.presets import foreign_margins, preset_task
+from gaitopt.gait.presets import foreign_margins, preset_task, stroll
 from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
@@ -40,6 +43,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Solution, Status, Stop, never
 
 SECOND = 1  # number of the start that comes from there
+FASTER = 1.25  # of the speed: the walk from which slow ones are begun at last
 SAME_COST = 1e-4  # relative difference of costs that counts as none
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
 MOTORS_TOLD = 3  # of another optimum
@@ -133,7 +137,7 @@ def many_starts(
         task: by default the preset `standard`.
         options: as of `design`; the starts always have exact derivatives.
         count: number of starts; the first is the guess itself, the second a slower walk. Where
-            the best of several is no optimum, one more is made.
+            the best of several is no optimum, one more is made; of slow walks, from a faster one.
         seed: of the perturbations.
         sigma: their standard deviation [rad], and [rad/s] for the rates before impact.
         workers: processes; with more than one, a script must start its work under
@@ -165,6 +169,15 @@ def many_starts(
     outcomes = _gathered(
         outcomes_of(job, count, min(workers, count), on_progress, stop), on_outcome
     )
+
+    def another(make: MakeOutcome) -> list[Outcome]:
+        made = make(len(outcomes), on_progress, stop)
+        more = [] if made is None else _gathered(iter([made]), on_outcome)
+        outcomes.extend(more)
+        return more
+
+    if count > 1 and not (stop() or any(one.walks for one in outcomes)):
+        another(job.from_faster)
     best = min(outcomes, key=_rank, default=None)
     walks = best is not None and best.walks
     ended = outcomes[-1:]
@@ -174,12 +187,10 @@ def many_starts(
         found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
     elif best is not None and walks:
         found = _completed(problem, best.solution, options, on_progress, stop)
-        if count > 1 and not (found.certificate.optimal or stop()):
-            another = job.run(count, on_progress, stop)
-            outcomes.append(another)
-            if on_outcome is not None:
-                on_outcome(another)
-            found = _better(found, problem, another, options, on_progress, stop)
+        for make in (job.from_faster, job.run) if len(outcomes) == count > 1 else ():
+            if not (found.certificate.optimal or stop()):
+                for one in another(make):
+                    found = _better(found, problem, one, options, on_progress, stop)
     else:
         tried = [outcome.solution for outcome in outcomes]
         solution = walk_after_diagnosis(problem, tried, options, None, stop)
@@ -406,6 +417,9 @@ def _with_motors(optima: tuple[Optimum, ...], problem: WalkProblem) -> tuple[Opt
     )
 
 
+MakeOutcome = Callable[[int, MakeProgress | None, Stop], Outcome | None]
+
+
 @dataclass(frozen=True)
 class StartJob:
     """What a worker needs to make any of the starts.
@@ -434,35 +448,56 @@ class StartJob:
             on_progress: makes the progress callback of a walk.
             stop: asked at every iteration.
         """
+        if number == SECOND:
+            easier = self.task.ground.easier()
+            known = (
+                self._on_easier_ground(on_progress, stop)
+                if easier
+                else self._at_share(SLOWER, on_progress, stop)
+            )
+            if known is not None:
+                return self._from(known, number, on_progress, stop)
         problem = WalkProblem(self.robot, self.task)
-        easier = self._on_easier_ground if self.task.ground.easier() else self._slower
-        slower = easier(on_progress, stop) if number == SECOND else None
-        if slower is not None and slower.status is Status.INTERRUPTED:
-            return Outcome(number, replace(slower, cost=np.nan, violation=np.inf))  # another walk
         callback = None if on_progress is None else on_progress(problem)
-        if slower is not None:
-            near = replace(self.options, approach="direct")
-            same = (
-                not self.task.ground.easier() and slower.multipliers.size == problem.rows.lower.size
-            )
-            found = attempt(
-                problem, near, slower.x, callback, stop, slower.multipliers if same else None
-            )
-            solution = with_work(found, slower)
-        else:
-            start = self.x if number == 0 else self._perturbed(problem, number)
-            solution = attempt(problem, self.options, start, callback, stop)
-        return Outcome(number, solution)
+        start = self.x if number == 0 else self._perturbed(problem, number)
+        return Outcome(number, attempt(problem, self.options, start, callback, stop))
+
+    def from_faster(
+        self, number: int, on_progress: MakeProgress | None = None, stop: Stop = never
+    ) -> Outcome | None:
+        """Solve from a faster walk; None if there is none, or the walk is no slow one.
+
+        Args:
+            number, on_progress, stop: as of `run`.
+        """
+        if self.task.pace >= stroll(self.robot):
+            return None
+        known = self._at_share(FASTER, on_progress, stop)
+        return None if known is None else self._from(known, number, on_progress, stop)
+
+    def _from(
+        self, known: Solution, number: int, on_progress: MakeProgress | None, stop: Stop
+    ) -> Outcome:
+        """Solve from a walk at another speed, whose multipliers are taken along, or ground."""
+        if known.status is Status.INTERRUPTED:
+            return Outcome(number, replace(known, cost=np.nan, violation=np.inf))  # another walk
+        problem, near = WalkProblem(self.robot, self.task), replace(self.options, approach="direct")
+        callback = None if on_progress is None else on_progress(problem)
+        same = not self.task.ground.easier() and known.multipliers.size == problem.rows.lower.size
+        found = attempt(problem, near, known.x, callback, stop, known.multipliers if same else None)
+        return Outcome(number, with_work(found, known))
 
     def _perturbed(self, problem: WalkProblem, number: int) -> Array:
         state = np.random.SeedSequence([self.seed, number]).generate_state(1)
         return perturbed(problem, self.x, self.sigma, int(state[0]))
 
-    def _slower(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
-        """Return a walk at a lower speed, about the best one there; None if there is none."""
+    def _at_share(
+        self, share: float, on_progress: MakeProgress | None, stop: Stop
+    ) -> Solution | None:
+        """Return a walk at a share of the speed, about the best one there, or None."""
         if self.task.in_place and self.task.turn_rate == 0.0:
             return None
-        problem = WalkProblem(self.robot, self.task.slower(SLOWER))
+        problem = WalkProblem(self.robot, self.task.slower(share))
         callback = None if on_progress is None else on_progress(problem)
         rough = replace(self.options, solver=self.options.solver.roughly())
         try:

@@ -67,6 +67,7 @@ THOROUGH = (
     Check("mass -5 %", Disturbance(mass=-0.05), (RESERVE, PRESSURE)),
     Check("every second step 1 cm lower", Disturbance(ground=-0.01), (RESERVE, LANDING, IMPULSE)),
     Check("armature 0.01 kg·m² more", Disturbance(armature=0.01), (LANDING, IMPULSE)),
+    Check("contacts of 20 ms", Disturbance(contact_time=0.02), (LANDING, IMPULSE)),
     Check("noise of sensors", Disturbance(noise=SensorNoise()), (PRESSURE, LANDING)),
 )
 """Beside them with `--thorough`."""

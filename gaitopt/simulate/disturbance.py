@@ -72,6 +72,8 @@ class Disturbance:
         ground: height of the ground under every second step [m].
         delay: between measuring and the torques that follow from it [s].
         armature: inertia added to every joint [kg·m²].
+        contact_time: time constant of contacts, where the ground is another than the controller's
+            [s]; None: that of the model.
         noise: of what is measured.
         start: of the joints.
         seed: of noise and start.
@@ -85,6 +87,7 @@ class Disturbance:
     ground: float = 0.0
     delay: float = 0.0
     armature: float = 0.0
+    contact_time: float | None = None
     noise: SensorNoise | None = None
     start: StartError | None = None
     seed: int = 0
@@ -99,6 +102,8 @@ class Disturbance:
         ):
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(f"the {name} {value:g} {unit} must not be below 0")
+        if self.contact_time is not None and not 0.0 < self.contact_time < np.inf:
+            raise InputError(f"the contact time {self.contact_time:g} s must be above 0")
         if not np.isfinite(self.ground):
             raise InputError(f"the height of the ground {self.ground:g} m must be finite")
 
@@ -108,12 +113,14 @@ NONE = Disturbance()
 
 def disturbed_robot(robot: SimulatedRobot, disturbance: Disturbance) -> SimulatedRobot:
     """Return the robot that is simulated; its model is a copy where it differs."""
-    if not (disturbance.mass or disturbance.armature):
+    if not (disturbance.mass or disturbance.armature or disturbance.contact_time):
         return robot
     model = robot.model.__copy__()
     model.body_mass[:] *= 1.0 + disturbance.mass
     model.body_inertia[:] *= 1.0 + disturbance.mass
     model.dof_armature[robot.dof] += disturbance.armature
+    if disturbance.contact_time is not None:
+        model.geom_solref[:, 0] = disturbance.contact_time
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return replace(robot, model=model)
 

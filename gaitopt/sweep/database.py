@@ -111,9 +111,9 @@ class Database:
     """
 
     def __init__(self, directory: Path) -> None:
-        self.path = directory / DATABASE
+        self.path, lock = directory / DATABASE, directory / LOCK
+        self._made = [path for path in (self.path, lock) if not path.exists()]
         self._lock = _lock(directory)
-        self._new = not self.path.exists()
         try:
             self._connection = _connected(self.path, "rwc")
         except sqlite3.Error as error:
@@ -137,13 +137,13 @@ class Database:
         """Let others write.
 
         Args:
-            leave: whether to leave a file that was not there before.
+            leave: whether to leave files that were not there before.
         """
         with suppress(sqlite3.Error):
             self._connection.close()
-        if self._new and not leave:  # while nobody else can have begun to write it
+        for path in [] if leave else self._made:  # while nobody else can have begun to write
             with suppress(OSError):
-                self.path.unlink()
+                path.unlink()
         self._lock.close()
 
     def write(

@@ -13,6 +13,7 @@ import numpy as np
 
 from gaitopt.atomic import write_atomically
 from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import by_motion, payload_words, proof_rows, summarise
 from gaitopt.errors import GaitoptError
 from gaitopt.escape import filled_template, html_text
@@ -215,9 +216,11 @@ def _prices(records: Any) -> Iterator[tuple[str, str, str]]:
     with suppress(KeyError, TypeError, ValueError):
         for one in records or ():
             per = f"{one['cost_unit']} per {one['unit'] or 'unit'}"
+            words, name = one["words"], one["name"]
             yield (
-                f"{one['words']} ({one['name']})",
-                f"{float(one['value']):.4g} {one['unit']}",
+                f"{words} ({name})" if one["kind"] == SETTING else f"{name}, {words} limit",
+                # limits of the height of a foot that lands go to zero: no such fine digits
+                f"{round(float(one['value']), _DECIMALS) + 0.0:.4g} {one['unit']}",
                 f"{float(one['cost_per_unit']):+.3g} {per}",
             )
 

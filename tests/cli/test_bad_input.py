@@ -26,6 +26,11 @@ FILES = {
 
 CASES = [
     (["--bogus"], "No such option"),
+    (["legs.URDF"], r"extra .*\(legs.URDF\); did you mean --urdf legs.URDF\?"),
+    (["legs.xml"], r"did you mean --urdf legs.xml\?"),
+    (["task.toml"], r"did you mean --config task.toml\?"),
+    (["g1"], r"did you mean --robot g1\?"),
+    (["--boundary", "none"], "boundary 'none' is unknown"),
     (["--speed", "nan"], "speed is nan m/s"),
     (["--phase-times", "best"], "it acts only with --heel-strike or --double-support"),
     (["--speed", "inf"], "speed is inf m/s"),

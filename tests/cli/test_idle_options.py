@@ -147,6 +147,7 @@ def test_a_file_may_hold_defaults_that_do_nothing(tmp_path):
     ("words", "said"),
     [
         (["optimise", "--figures"], "--figures has no effect here: it acts only with --output DIR"),
+        (["optimise", "--no-page"], "--no-page has no effect here: it acts only with --output DIR"),
         (["library", "none", "--output", "a.npz"], "--output .* only with --at NAME=VALUE"),
         (["library", "none", "--plugin", "a.py"], "--plugin .* only with --at NAME=VALUE"),
         (["library", "none", "--at", "speed=1", "--where", "speed>1"], "--where .* without --at"),

@@ -9,7 +9,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import SLOWER
 from gaitopt.design.pipeline import RELAXED_LIFTOFF
-from gaitopt.design.starts import Outcome, _distinct, design_gait, many_starts
+from gaitopt.design.starts import FASTER, Outcome, _distinct, design_gait, many_starts
 from gaitopt.design.summary import motor_summaries, summarise
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
@@ -74,6 +74,26 @@ def test_where_no_start_is_optimal_one_more_is_made(robot, standard_task):
     alone = many_starts(robot, standard_task, STILL)  # none of them is optimal
     assert [one.number for one in alone.outcomes] == [0, 1, 2]
     assert not alone.design.certificate.optimal
+
+
+def test_of_a_slow_walk_that_one_more_is_from_a_faster_one(robot, standard_task):
+    slow = replace(standard_task, speed=0.4)
+    found = many_starts(robot, slow, STILL)  # none of them is optimal, and then one is disturbed
+    assert [one.number for one in found.outcomes] == [0, 1, 2, 3]
+    faster = first_guess(WalkProblem(robot, replace(slow, speed=FASTER * 0.4)))
+    np.testing.assert_array_equal(found.outcomes[2].solution.x, faster)
+    assert found.outcomes[2].solution.iterations == 2  # of both walks
+    assert len(many_starts(robot, slow, STILL, count=1).outcomes) == 1
+
+
+def test_a_slow_walk_is_found_from_a_faster_one_where_no_guess_leads_there(robot):
+    """The guesses end where only a vanishing impulse lifts the rear foot."""
+    quick = replace(QUICK, solver=QUICK.solver.limited(110))
+    found = many_starts(robot, preset_task("robust", robot, speed=0.4), quick)
+    assert [one.walks for one in found.outcomes] == [False, False, True]
+    assert found.design.certificate.optimal
+    mass, impulse = robot.mass, found.design.gait.impulse[2]
+    assert 0.01 < impulse / mass < 0.2  # m/s
 
 
 def test_other_optima_are_told_with_their_motors(report):

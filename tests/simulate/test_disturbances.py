@@ -81,6 +81,20 @@ def test_masses_and_rotors_are_those_of_the_disturbance(walking):
     assert disturbed_robot(walking, NONE) is walking
 
 
+def test_contacts_five_times_slower_push_back_a_twenty_fifth(walking):
+    """MuJoCo's reference acceleration of a contact at rest goes with one over its time squared."""
+    pushed = []
+    for robot in (walking, disturbed_robot(walking, Disturbance(contact_time=0.02))):
+        data = mujoco.MjData(robot.model)
+        data.qpos[2] -= 1e-4
+        mujoco.mj_forward(robot.model, data)
+        into = data.efc_pos[: data.nefc] < 0.0
+        assert into.sum() >= 4  # corners of soles
+        pushed.append(data.efc_aref[: data.nefc][into])
+    assert pushed[0] == pytest.approx(25.0 * pushed[1], rel=1e-12)
+    assert (pushed[1] > 0.0).all()
+
+
 def test_a_start_off_the_cycle_stands_on_its_flat_sole(gait, walking, rng):
     data = mujoco.MjData(walking.model)
     error = StartError(angle=0.02, rate=0.2)
@@ -198,6 +212,7 @@ def test_a_fall_points_to_what_was_tried():
         ({"delay": -0.001}, "delay -0.001 s must not be below 0"),
         ({"armature": float("nan")}, "armature nan"),
         ({"ground": float("inf")}, "must be finite"),
+        ({"contact_time": 0.0}, "contact time 0 s must be above 0"),
     ],
 )
 def test_disturbances_without_a_meaning_are_refused(what, message):

@@ -9,7 +9,7 @@ from sweeps import QUICK, SPEEDS, Counting, forget_digests, quick_task
 
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.sweep.database import digest
+from gaitopt.sweep.database import LOCK, digest
 from gaitopt.sweep.executor import FINISH
 from gaitopt.sweep.library import (
     ALTERED,
@@ -143,5 +143,10 @@ def test_a_library_that_cannot_be_begun_is_not_left_locked(swept, tmp_path):
     with pytest.raises(InputError, match=r"cannot make .*gaits"):
         Writer(directory, swept.grid, swept.record)
     (directory / "gaits").unlink()
+    (directory / LOCK).unlink()
+    before = sorted(directory.iterdir())
+    with pytest.raises(InputError, match="holds another sweep"):
+        Writer(directory, swept.grid, {**swept.record, "options": {}})
+    assert sorted(directory.iterdir()) == before
     with Writer(directory, swept.grid, swept.record) as writer:
         assert list(told(writer).values()) == 4 * [MISSING]

@@ -21,7 +21,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.view.animation import build_scene
 from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES, write_figures
-from gaitopt.view.page import details, headline, page_text, write_page
+from gaitopt.view.page import _prices, details, headline, page_text, write_page
 from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
 FLAGS = (
@@ -79,6 +79,15 @@ def test_tables_break_lines_and_say_motors_and_proof(text):
     assert "<h2>Motors</h2>" in text
     assert "<h2>Proof</h2>" in text
     assert "\\n" not in re.search(r'<div id="tables">.*?</main>', text, re.DOTALL)[0]
+
+
+def test_what_limits_cost_is_told_with_digits_that_have_sense():
+    record = {"kind": "limit", "name": "heel height", "words": "lower", "value": 8.8e-9,
+              "unit": "m", "cost_per_unit": 2e7, "cost_unit": "N²·m·s"}  # fmt: skip
+    set_by_hand = {**record, "kind": "setting", "name": "gap", "words": "the gap", "value": 0.0353}
+    rows = list(_prices([record, set_by_hand]))
+    assert [row[0] for row in rows] == ["heel height, lower limit", "the gap (gap)"]
+    assert [row[1] for row in rows] == ["0 m", "0.0353 m"]
 
 
 def test_what_people_wrote_cannot_break_the_page():
