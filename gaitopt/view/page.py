@@ -28,6 +28,8 @@ from gaitopt.view.curves import curves
 from gaitopt.view.page_parts import Page, Section, table_text
 from gaitopt.view.viewer import Node, RecordingWindow, data_text, packed_viewer, page_file
 
+_DECIMALS = 4  # of limits, in SI units
+
 
 def write_page(
     gait: Gait | Transition,
