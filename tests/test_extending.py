@@ -23,7 +23,7 @@ from gaitopt.view.figures import step_figure
 
 TEXT = (DOCS / "extending.md").read_text()
 BLOCKS = re.findall(r"```(python|console|toml)\n(.*?)```", TEXT, re.S)
-QUICK = ("--starts", "1", "--no-page", "--no-figures", "--quiet")
+QUICK = ("--starts", "1", "--no-figures", "--quiet")
 
 
 @pytest.fixture(scope="module")

@@ -22,8 +22,13 @@ def cli() -> Callable[..., Any]:
 @pytest.fixture(scope="session")
 def quick(cli) -> Callable[..., Any]:
     """Run `gaitopt optimise` without what takes time."""
-    less = ("--solver", "sqp", "--starts", "1", "--no-refine", "--no-figures", "--no-page")
-    return lambda *words: cli("optimise", *less, *words)
+    less = ("--solver", "sqp", "--starts", "1", "--no-refine", "--no-figures")
+
+    def run(*words: Any) -> Any:
+        page = ("--no-page",) if {"-o", "--output"} & {*words} else ()
+        return cli("optimise", *less, *page, *words)
+
+    return run
 
 
 @pytest.fixture(scope="session")

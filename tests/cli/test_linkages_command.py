@@ -142,7 +142,7 @@ def test_inspect_tells_what_loops_amount_to(cli, looped):
 
 def test_a_table_for_joints_in_a_loop_is_refused_with_advice(cli, looped):
     file = ("--urdf", looped.parent / "biped.xml", "--linkages", TABLE, "--speed", "0.8")
-    result = cli("optimise", *file, *QUIET)
+    result = cli("optimise", *file, "-q")
     assert result.exit_code == 2
     assert "two linkages turn" in result.stderr
     assert "leave the loops of its file open by --without loops" in " ".join(result.stderr.split())

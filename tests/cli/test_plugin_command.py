@@ -83,7 +83,7 @@ class Plains(Terrain):
 
 terrain = Plains()
 """
-QUICK = ("--starts", "1", "--no-page", "--no-figures", "--quiet")
+QUICK = ("--starts", "1", "--no-figures", "--quiet")
 
 
 @pytest.fixture(scope="module")
