@@ -33,6 +33,7 @@ from gaitopt.simulate.stability import Stability, stability
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
 from gaitopt.simulate.whole_body import whole_body_walks
 
+_DECIMALS = 4  # of what is told in SI units: what is nothing is told as 0
 CONTROLLERS: dict[str, Callable[[], MakeController]] = {
     "whole-body": whole_body_walks,
     "joint-pd": lambda: lambda robot, trajectory, _: JointPD(robot, trajectory),
@@ -148,8 +149,11 @@ def simulation_record(report: Report) -> dict[str, object]:
         "step_time_s": {"mean": _mean(times), "sd": _spread(times)},
         "designed_step_time_s": gait.duration,
         "drift_m": walk.drift,
-        "cost_N2ms": _finite(walk.cost),
-        "designed_cost_N2ms": _finite(walk.designed_cost),
+        "turn_rate_rad_s": _finite(walk.turn_rate),
+        "designed_turn_rate_rad_s": walk.designed_turn_rate,
+        "cost_N2ms": _per_metre(walk, walk.cost),
+        "designed_cost_N2ms": _per_metre(walk, walk.designed_cost),
+        "cost_over_designed": _finite(walk.cost / walk.designed_cost),
         "joints": {
             name: {"torque_Nm": float(torque), "speed_rad_s": float(rate)}
             for name, torque, rate in zip(gait.joint_names, walk.torque, walk.rate, strict=True)
@@ -206,12 +210,17 @@ def _checked_record(one: Checked, points: tuple[WeakPoint, ...]) -> dict[str, ob
         "steps": walk.steps,
         "asked_steps": walk.asked,
         "speed_after_m_s": _finite(walk.last_speed),
-        "cost_N2ms": _finite(walk.cost),
+        "cost_N2ms": _per_metre(walk, walk.cost),
+        "cost_over_designed": _finite(walk.cost / walk.designed_cost),
     }
     if not one.passed:
         cause = suspect(one.check.tries, points)
         record |= {"cause": cause.name, "option": cause.option}
     return record
+
+
+def _per_metre(walk: SimulatedWalk, cost: float) -> float | None:
+    return None if walk.in_place else _finite(cost)
 
 
 def _tables(report: Report) -> list[Table]:
@@ -239,7 +248,7 @@ def _print_report(report: Report) -> None:
             warn(out, "fragile", str(point))
     if report.tried is not None:
         for cause, names in _causes(report.tried, points).items():
-            warn(out, "cause", f"{', '.join(names)}: most likely the {cause}")
+            warn(out, "cause", f"{', '.join(names)}: {cause}")
         return
     warn(out, "fell", f"{walk.ending.value} in step {walk.steps + 1} of {walk.asked}")
     for point in weak[:1]:
@@ -255,7 +264,9 @@ def _causes(tried: Battery, points: tuple[WeakPoint, ...]) -> dict[str, list[str
     causes: dict[str, list[str]] = {}
     for one in (*tried.checks, *tried.starts):
         if not one.passed:
-            names = causes.setdefault(str(suspect(one.check.tries, points)), [])
+            point = suspect(one.check.tries, points)
+            known = "most likely" if point.weak else "nothing that it tries is too weak; nearest is"
+            names = causes.setdefault(f"{known} the {point}", [])
             if one.check.name not in names:
                 names.append(one.check.name)
     return causes
@@ -285,7 +296,8 @@ def _battery_table(tried: Battery, designed_cost: float) -> Table:
         result = f"{walk.steps} steps" if walk.walked else f"fell in step {walk.steps + 1}"
         slow = " (stumbles)" if walk.walked and not one.passed else ""
         cost = f"{walk.cost / designed_cost:.2f}" if one.passed else ABSENT
-        table.add_row(one.check.name, result + slow, _number(walk.last_speed, "m/s"), cost)
+        speed = _number(walk.last_speed if walk.walked else None, "m/s")
+        table.add_row(one.check.name, result + slow, speed, cost)
     for push in tried.pushes:
         more = "at least " if push.unbounded else ""
         size = f"{more}{push.impulse:.0f} N·s, {push.over_mass:.2f} m/s"
@@ -311,10 +323,12 @@ def _table(gait: Gait, walk: SimulatedWalk, options: WalkOptions) -> Table:
         found = _number(_mean(values), unit)
         found += f" ± {1000.0 * values.std():.1f} m{unit}" if len(values) > 1 else ""
         table.add_row(name, found, _number(design, unit))
+    if walk.designed_turn_rate:
+        rates = (_number(one, "rad/s") for one in (walk.turn_rate, walk.designed_turn_rate))
+        table.add_row("turning to the left", *rates)
+    per, unit = ("second", "N²·m²") if walk.in_place else ("metre", "N²·m·s")
     table.add_row(
-        "squared torque per metre",
-        _number(walk.cost, "N²·m·s"),
-        _number(walk.designed_cost, "N²·m·s"),
+        f"squared torque per {per}", _number(walk.cost, unit), _number(walk.designed_cost, unit)
     )
     if math.isfinite(walk.cost):
         table.add_row("closed loop / designed", f"{walk.cost / walk.designed_cost:.2f}", "1")
@@ -338,7 +352,9 @@ def _peak(gait: Gait, name: str, values: Array, kind: str, unit: str) -> tuple[s
 
 
 def _number(value: float | None, unit: str) -> str:
-    return ABSENT if value is None or not math.isfinite(value) else f"{value:.4g} {unit}"
+    if value is None or not math.isfinite(value):
+        return ABSENT
+    return f"{round(value, _DECIMALS) + 0.0:.4g} {unit}"
 
 
 def _finite(value: float) -> float | None:

@@ -86,6 +86,7 @@ def refine(
         return solver.solve(finer, start, callback, stopping(stop))
 
     active, newton = active_rows(problem, solution.multipliers), quadratic(solver)
+    resting: tuple[WalkProblem, Solution] | None = None
     for way in (newton, None):
         found, moving = (problem, solution), False
         for finer, again, near in exchange(problem, solution.x, active, solve, fine, peaks, way):
@@ -98,7 +99,16 @@ def refine(
             found = pruned(problem, *found)
         if not moving or is_strict(*found):
             break  # where no instants moved, exchange alone would do the same again
+        resting = resting or found
+    crawled = found[1].status is not Status.OPTIMAL  # among rows that are nearly alike
+    if crawled and resting is not None and _proven(fine, resting[1]):
+        return resting
     return found
+
+
+def _proven(fine: WalkProblem, solution: Solution) -> bool:
+    """Return whether a walk is an optimum that keeps its limits between the samples."""
+    return solution.status is Status.OPTIMAL and not violated_rows(fine, solution.x)
 
 
 def is_strict(problem: WalkProblem, solution: Solution) -> bool:

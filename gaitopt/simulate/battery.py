@@ -35,7 +35,6 @@ PUSHED = 4  # step in which a push comes: the walk has settled
 RECOVERED = 8  # steps that follow it
 BISECTIONS = 6
 HARDEST = 1.2  # m/s, impulse over mass: beyond it nobody stays on their feet
-_NOWHERE = 1e-9  # m/s: rounding of a walk in place
 HALVED = 0.5  # of the designed speed: below, a robot no longer walks the gait
 
 
@@ -181,7 +180,7 @@ def try_check(
 
 def _goes_on(walk: SimulatedWalk) -> bool:
     """Return whether a robot still walks the gait, not merely stays up."""
-    if abs(walk.designed_speed) < _NOWHERE:
+    if walk.in_place:
         return walk.walked
     return walk.walked and walk.last_speed / walk.designed_speed > HALVED
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from enum import Enum
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 from scipy.integrate import trapezoid
 
 from gaitopt.errors import InputError
@@ -38,7 +40,7 @@ _LOW = 0.7  # of the mean height of the centre of mass: below, the robot has fal
 _TILTED = 0.5  # cosine of the trunk's tilt: 60 degrees
 _LATE = 2.0  # of a step's duration: the swing foot should have landed
 _SUNK = 2e-4  # m, by which the first sole begins in the ground, where it bears about the weight
-_NOWHERE = 1e-9  # m: rounding of steps in place
+_NOWHERE = 1e-9  # m/s: rounding of walks in place
 _SETTLED = 2  # first steps that are left out of means
 _LAST = 5  # steps whose speed is told after a disturbance
 _LIFTED = 0.002  # m, by which a sole is above the ground before that is moved
@@ -86,10 +88,12 @@ class SimulatedWalk:
         lengths: of the steps along the way that the design goes [m], shape (steps,); below zero
             where it goes backward.
         times: between touch-downs [s], shape (steps,).
+        turns: of the way from one step to the next, to the left [rad], shape (steps,).
         drift: of the last standing foot from its designed place, across the way [m], to the left.
         designed_speed: along that way [m/s]; below zero backward.
+        designed_turn_rate: to the left [rad/s].
         efforts: integral of the squared torques over each step [N²·m²·s], shape (steps,).
-        designed_cost: squared torque per metre of the gait [N²·m·s]; NaN in place.
+        designed_cost: squared torque per metre of the gait [N²·m·s]; in place, per second [N²·m²].
         torque: largest of each joint [N·m], shape (n,).
         rate: largest of each joint [rad/s], shape (n,).
         force: largest of the ground on one foot [N].
@@ -102,8 +106,10 @@ class SimulatedWalk:
     asked: int
     lengths: Array
     times: Array
+    turns: Array
     drift: float
     designed_speed: float
+    designed_turn_rate: float
     efforts: Array
     designed_cost: float
     torque: Array
@@ -140,11 +146,21 @@ class SimulatedWalk:
         return _ratio(lengths.sum(), times.sum())
 
     @property
+    def turn_rate(self) -> float:
+        """Mean rate of turning to the left [rad/s]."""
+        return _ratio(self.turns[_SETTLED:].sum(), self.times[_SETTLED:].sum())
+
+    @property
+    def in_place(self) -> bool:
+        """Whether the design gets nowhere, so that its cost is told per second."""
+        return abs(self.designed_speed) < _NOWHERE
+
+    @property
     def cost(self) -> float:
-        """Squared torque per metre under feedback [N²·m·s]; NaN in place."""
-        if not np.isfinite(self.designed_cost):
-            return float("nan")
-        return _ratio(self.efforts[_SETTLED:].sum(), abs(self.lengths[_SETTLED:].sum()))
+        """Squared torque per metre under feedback [N²·m·s]; in place, per second [N²·m²]."""
+        lengths, times = self.settled
+        over = times.sum() if self.in_place else abs(lengths.sum())
+        return _ratio(self.efforts[_SETTLED:].sum(), over)
 
 
 def simulate(
@@ -205,15 +221,15 @@ def way_of(gait: Gait, step: int) -> tuple[Array, Array]:
 
 
 def designed_cost(gait: Gait) -> float:
-    """Return the squared torque per metre of a gait [N²·m·s], NaN if it gets nowhere."""
+    """Return the squared torque per metre of a gait [N²·m·s]; in place, per second [N²·m²]."""
     trajectory, efforts = gait.trajectory, []
     times = np.linspace(0.0, trajectory.step_duration, _INSTANTS)
     for begin in np.arange(len(gait.steps)) * trajectory.step_duration:
         samples = trajectory.at(begin + times, before=times > 0.0)
         torque = samples.torque[:, trajectory.body.moving]
         efforts.append(float(trapezoid((torque**2).sum(axis=1), times)))
-    path = abs(designed_speed(gait)) * trajectory.step_duration
-    return _ratio(float(np.mean(efforts)), path) if path > _NOWHERE else float("nan")
+    pace = abs(designed_speed(gait))
+    return float(np.mean(efforts)) / trajectory.step_duration / (1.0 if pace < _NOWHERE else pace)
 
 
 @contextmanager
@@ -309,14 +325,16 @@ class _Run:
             if (down := self._down(len(times))) is not None:
                 ending = down
                 break
-        lengths, drift = self._progress(np.array(places))
+        lengths, turns, drift = self._progress(places)
         return SimulatedWalk(
             ending=ending,
             asked=options.steps,
             lengths=lengths,
             times=np.array(times),
+            turns=turns,
             drift=drift,
             designed_speed=designed_speed(self._gait),
+            designed_turn_rate=self._gait.turn_rate,
             efforts=np.array(efforts),
             designed_cost=designed_cost(self._gait),
             torque=self._torque,
@@ -327,20 +345,25 @@ class _Run:
             motion=np.array(frames).reshape(-1, 1 + robot.model.nq),
         )
 
-    def _progress(self, places: Array) -> tuple[Array, float]:
-        """Return the lengths of the steps along the way (steps,) and the last foot's drift [m].
+    def _progress(self, places: list[pin.SE3]) -> tuple[Array, Array, float]:
+        """Return lengths of the steps along the way, their turns (steps,), the last foot's drift.
 
         Args:
-            places: of the standing soles, shape (steps + 1, 3).
+            places: of the standing soles, one more than steps.
         """
-        advance = [self._trajectory.advance(step).translation for step in range(len(places))]
-        off = places - places[0] - (np.array(advance) - advance[0])
-        designed = designed_speed(self._gait) * self._trajectory.step_duration
+        advance = [self._trajectory.advance(step) for step in range(len(places))]
+        pairs = list(zip(advance, places, strict=True))
+        off = np.array([place.translation - designed.translation for designed, place in pairs])
+        off -= off[0]
+        duration = self._trajectory.step_duration
+        length = designed_speed(self._gait) * duration
+        missed = [_heading(designed.actInv(place)) for designed, place in pairs]
+        turns = self._gait.turn_rate * duration + np.diff(np.unwrap(missed))
         ways = [way_of(self._gait, step)[0] for step in range(1, len(places))]
-        lengths = designed + np.array(
+        lengths = length + np.array(
             [a @ b for a, b in zip(np.diff(off, axis=0), ways, strict=True)]
         )
-        return lengths, float(off[-1] @ way_of(self._gait, len(places) - 1)[1])
+        return lengths, turns, float(off[-1] @ way_of(self._gait, len(places) - 1)[1])
 
     def _ground(self, step: int) -> float:
         """Return the height of the ground under a step [m]."""
@@ -376,8 +399,9 @@ class _Run:
             arm = pelvis(self._robot, self._data) - self._data.xipos[self._robot.base]
             applied[:3], applied[3:] = force, np.cross(arm, force)
 
-    def _place(self, foot: int) -> Array:
-        return np.array(self._data.site_xpos[self._robot.site[foot]])
+    def _place(self, foot: int) -> pin.SE3:
+        data, site = self._data, self._robot.site[foot]
+        return pin.SE3(data.site_xmat[site].reshape(3, 3).copy(), data.site_xpos[site].copy())
 
     def _forces(self) -> tuple[float, float]:
         """Return the normal forces of the ground on both soles [N]."""
@@ -397,6 +421,11 @@ class _Run:
             return Ending.FELL
         up = data.xmat[base].reshape(3, 3)[2] @ self._robot.body.heading[:, 2]
         return Ending.TIPPED if up < _TILTED else None
+
+
+def _heading(place: pin.SE3) -> float:
+    """Return the angle of a place about the vertical [rad]."""
+    return math.atan2(place.rotation[1, 0], place.rotation[0, 0])
 
 
 def _ratio(a: float, b: float) -> float:

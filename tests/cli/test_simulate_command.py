@@ -94,7 +94,7 @@ def test_thorough_tries_everything_and_names_causes(cli, robust, tmp_path, monke
     assert not record["checks"][1]["passed"]
     assert record["checks"][1]["cause"] in ("friction used", "turning moment over load")
     assert "2 of 2" in result.stdout
-    assert "cause: ice: most likely the" in result.stdout
+    assert "cause: ice: nothing that it tries is too weak; nearest is the" in result.stdout
 
 
 @pytest.mark.parametrize(

@@ -98,9 +98,27 @@ def test_newton_and_exchange_alone_refine_to_the_same_walk(sampled_design, monke
     assert quick.iterations < slow.iterations
 
 
+def test_where_exchange_crawls_the_walk_of_newton_is_kept(sampled_design, monkeypatch):
+    problem, first = sampled_design.problem, sampled_design.solution
+    exchanged = refinement.exchange
+
+    def crawling(*args):
+        for grid, solution, near in exchanged(*args):
+            ends = Status.OPTIMAL if args[-1] is not None else Status.ITERATION_LIMIT
+            yield grid, replace(solution, status=ends), near
+
+    _, quick = refine(problem, first, SQP())
+    monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
+    monkeypatch.setattr(refinement, "exchange", crawling)
+    grid, kept = refine(problem, first, SQP())
+    assert kept.status is Status.OPTIMAL
+    assert not violated_rows(on_fine_grid(grid), kept.x)
+    np.testing.assert_array_equal(kept.x, quick.x)
+
+
 def test_where_no_instants_moved_rounds_are_solved_once(sampled_design, monkeypatch):
     problem, first = sampled_design.problem, sampled_design.solution
-    monkeypatch.setattr(refinement, "followed", lambda *_: None)
+    monkeypatch.setattr(refinement, "resting_walk", lambda *_: None)
     monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
     grids = []
 

@@ -28,6 +28,7 @@ from gaitopt.simulate.whole_body import whole_body_walks
 TASKS = {
     "turn": ("robust", {"speed": 0.4, "lateral_speed": 0.1, "turn_rate": 0.4, "duration": 0.5}),
     "backward": ("robust", {"speed": -0.4}),
+    "in place": ("robust", {"speed": 0.0, "turn_rate": 0.5, "duration": 0.5}),
     "heel and toe": (
         "humanoid",
         {"speed": 1.0, "duration": 0.5, "heel_strike": 0.15, "toe_off": 0.7},
@@ -65,9 +66,10 @@ def gait(request, gaits):
 def test_it_walks_as_designed(gait, make):
     walk = simulate(gait, WalkOptions(steps=4), make)
     assert walk.walked
-    assert walk.speed == pytest.approx(designed_speed(gait), rel=0.05)
+    assert walk.speed == pytest.approx(designed_speed(gait), rel=0.05, abs=0.01)
     assert walk.times.mean() == pytest.approx(gait.duration, rel=0.03)
     assert abs(walk.drift) < 0.03
+    assert walk.turn_rate == pytest.approx(gait.turn_rate, abs=0.03)
 
 
 def test_designed_cost_is_that_of_the_whole_walk(gait):
