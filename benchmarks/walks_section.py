@@ -42,7 +42,9 @@ def walks(data: Record) -> str:
     pushes = ", ".join(f"{size:.0f} N·s {way}" for way, size in data["pushes_Ns"].items())
     parts.append(
         f"The robust biped at 1.0 m/s passes {passed} of {len(checks)} checks, survives "
-        f"pushes of {pushes}, and walks from {data['starts']} starts. Times are of the processor."
+        f"pushes of {pushes}, and walks from {data['starts']} starts. Costs are in "
+        "N²·m·s, in place per second, N²·m²; times are of the processor, and left out where rows "
+        "were renewed on a machine that others used too."
     )
     disturbed = [
         [one["name"], "walks on" if one["passed"] else "falls or stumbles",
@@ -57,7 +59,7 @@ def walks(data: Record) -> str:
 
 def walk_table(rows: list[Record]) -> str:
     """Simulated walks, a line each."""
-    head = ("gait", "steps", "speed / designed", "cost / designed", "designed cost, N²·m·s",
+    head = ("gait", "steps", "speed / designed", "cost / designed", "designed cost",
             "times real time", "second engine", "cause of a fall")  # fmt: skip
     return table(head, map(_walk, rows))
 
