@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
-from gaitopt.bounds import TABLE, read_bounded
+from gaitopt.bounds import TABLE
 from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of, biped13
-from gaitopt.errors import SpecError, did_you_mean, reason_of
-from gaitopt.importers.text_files import parse_toml
+from gaitopt.errors import SpecError, did_you_mean
+from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.units import read_quantity
 
 Read = Callable[[BipedSpec], float]
@@ -334,14 +334,9 @@ def _value_text(value: Any) -> str:
 
 
 def _read_table(path: Path) -> dict[str, Any]:
-    try:
-        text = read_bounded(path, TABLE)
-    except (OSError, ValueError) as error:
-        raise SpecError(
-            f"cannot read {path}: {reason_of(error)}; give the path of a TOML file, for example "
-            "one that 'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
-        ) from None
-    if not text.strip():
-        raise SpecError(f"cannot read {path}: the file is empty; without --spec it is biped13")
-    advice = "write a correct one by 'gaitopt urdf --write-spec FILE' (in Python, write_spec)"
-    return parse_toml(text, str(path), f"{advice} and edit that", SpecError)
+    made = "'gaitopt urdf --write-spec FILE' (in Python, write_spec)"
+    advice = (
+        f"give the path of a TOML file, for example one made by {made}; without one it is biped13"
+    )
+    text = read_text(path, "specification", advice, SpecError, TABLE)
+    return parse_toml(text, str(path), f"write a correct one by {made} and edit that", SpecError)

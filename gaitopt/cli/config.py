@@ -8,18 +8,18 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from gaitopt.bounds import TABLE, read_bounded
+from gaitopt.bounds import TABLE
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.cli import command_options
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.errors import InputError, reason_of, there_are
+from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import COSTS, Cost
 from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
 from gaitopt.gait.plugin import Plugin, costs_of, load_plugin
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import PARTS
-from gaitopt.importers.text_files import parse_toml
+from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.settings import FILE, FILES, Setting, declared, entry
 from gaitopt.solvers import SOLVERS
 from gaitopt.solvers.sqp import SQP
@@ -394,15 +394,7 @@ def _limit_texts(entries: Mapping[str, object]) -> Iterator[str]:
 
 
 def _table(path: Path) -> dict[str, object]:
-    try:
-        text = read_bounded(path, TABLE)
-    except (OSError, ValueError) as error:
-        reason = reason_of(error)
-        raise InputError(
-            f"cannot read the configuration '{path}': {reason}; give the path of a TOML file"
-        ) from error
-    if not text.strip():
-        raise InputError(f"cannot read the configuration '{path}': the file is empty")
+    text = read_text(path, "configuration", "give the path of a TOML file", InputError, TABLE)
     return parse_toml(text, f"the configuration '{path}'")
 
 

@@ -19,23 +19,36 @@ else:
 _LONGEST_MESSAGE = 200  # characters of a parser's message
 
 
-def read_text(path: Path, what: str = "file") -> str:
+def read_text(
+    path: Path,
+    what: str,
+    advice: str = "check the path",
+    kind: type[InputError] = RobotError,
+    most: int = TEXT,
+) -> str:
     """Return the text of a UTF-8 file, without a byte order mark.
 
+    Args:
+        path: of the file.
+        what: it is, for messages.
+        advice: what to do where it is not there or empty, for messages.
+        kind: of the error.
+        most: bytes that are read.
+
     Raises:
-        RobotError: the file is missing, a directory, empty, too large, or not UTF-8 text.
+        InputError: the file is missing, a directory, empty, too large, or not UTF-8 text; of the
+            class asked for.
     """
     try:
-        text = read_bounded(path, TEXT).decode("utf-8-sig")
+        text = read_bounded(path, most).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise RobotError(
+        raise kind(
             f"cannot read the {what} '{path}': it is not UTF-8 text; save it as UTF-8"
         ) from None
     except (OSError, ValueError) as error:
-        reason = reason_of(error)
-        raise RobotError(f"cannot read the {what} '{path}': {reason}; check the path") from None
+        raise kind(f"cannot read the {what} '{path}': {reason_of(error)}; {advice}") from None
     if not text.strip():
-        raise RobotError(f"cannot read the {what} '{path}': the file is empty")
+        raise kind(f"cannot read the {what} '{path}': the file is empty; {advice}")
     return text
 
 

@@ -72,7 +72,7 @@ CASES = [
     (["--fix", "step_length=0.4"], "step_length is fixed"),
     (["--config", "absent.toml"], "cannot read the configuration .*no such file"),
     (["--config", "broken.toml"], "not TOML"),
-    (["--config", "binary.toml"], "not TOML"),
+    (["--config", "binary.toml"], "not UTF-8 text"),
     (["--config", "typo.toml"], "unknown entry in .task. 'sped'; did you mean 'speed'"),
     (["--config", "section.toml"], "unknown section 'tsk'; did you mean 'task'"),
     (["--config", "kind.toml"], "task.speed = 'fast' is wrong; give a number"),
