@@ -78,6 +78,15 @@ def test_a_heavier_foot_is_shared_between_the_feet(robot):
     assert "averaging left and right changed the mass matrix by" in last
 
 
+def test_the_exchange_sees_a_rotor_on_one_side_only(robot):
+    model = robot.model.copy()
+    armature = np.zeros(model.nv)
+    armature[-1] = 0.05
+    model.armature = armature
+    assert exchange_error(robot.model, robot.mirror, "right_sole", "left_sole") < 1e-12
+    assert exchange_error(model, robot.mirror, "right_sole", "left_sole") > 1e-4
+
+
 def test_a_trunk_whose_mass_is_to_one_side_is_centred():
     leaning = Robot.from_urdf(edited_urdf(shift_com("torso", "0.01 0.002 0.2975")))
     assert exchange_error(leaning.model, leaning.mirror, "right_sole", "left_sole") < 1e-12

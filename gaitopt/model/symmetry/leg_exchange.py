@@ -85,7 +85,7 @@ def _seen_standing(
     pin.computeJointJacobians(model, data, q)
     J = pin.computeFrameJacobian(model, data, q, soles[0], pin.LOCAL)
     v[:6] = -np.linalg.solve(J[:, :6], J[:, 6:] @ rates)
-    pin.forwardKinematics(model, data, q, v)
     pin.updateFramePlacements(model, data)
-    energy = float(pin.computeKineticEnergy(model, data))
+    # computeKineticEnergy leaves out the rotors of hinges about any axis but +x, +y and +z.
+    energy = float(v @ pin.crba(model, data, q) @ v) / 2.0
     return data.oMf[soles[0]].actInv(data.oMf[soles[1]]), energy
