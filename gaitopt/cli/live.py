@@ -129,7 +129,7 @@ class LiveWalk:
         folder = self._output / f"walk-{self._kept}"
         request = replace(self._request, robot=self._design.problem.robot,
                           task=self._design.problem.task)  # fmt: skip
-        list(write_results(self._design.gait, request, folder, page=False, figures=None))
+        list(write_results(self._design.gait, request, folder, page=False, figures=False))
         return {
             "kind": "saved",
             "text": f"kept in {folder}; again: {self._command(self._designed)}",

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import typer
@@ -42,7 +43,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.body_pairs import narrowed_gaps
 from gaitopt.nlp import Array, Status
-from gaitopt.view.figure_worker import figure_worker
+from gaitopt.view.drawing_worker import drawing_worker, ready_for_figures, ready_for_page
 
 _ADVICE = (
     "; the solver stopped before an optimum was proven: try other starts (--starts {}), or another "
@@ -67,7 +68,7 @@ def run(given: Settings, options: OptimiseOptions) -> None:
     errors, out = screen(stderr=True), screen()
     if not quiet:
         print_doubts(errors, request)
-    with figure_worker(output is not None and figures) as worker:
+    with drawing_worker(_ready_to_draw(request, options)) as worker:
         try:
             with small_matrices():
                 if options.fastest:
@@ -88,9 +89,8 @@ def run(given: Settings, options: OptimiseOptions) -> None:
         written: list[Path] = []
         try:  # first the files: whoever reads the tables may close the pipe
             if output is not None:
-                pictures = worker if figures else None
                 results = write_results(
-                    found.gait, request, output, page=options.page, figures=pictures
+                    found.gait, request, output, page=options.page, figures=figures, worker=worker
                 )
                 written = _all_written(results, found.gait, output)
         finally:
@@ -107,6 +107,15 @@ def run(given: Settings, options: OptimiseOptions) -> None:
             advice = "" if found.certificate.optimal else _ADVICE.format(2 * request.starts)
             warn(errors, "warning", f"{found.certificate.verdict}{advice}")
         raise typer.Exit(code)
+
+
+def _ready_to_draw(request: Request, options: OptimiseOptions) -> Callable[[], None] | None:
+    """Return what gets another process ready to draw what takes long: figures, or meshes."""
+    if options.output is not None and options.figures:
+        return ready_for_figures
+    if options.output is not None and options.page and "<mesh" in request.robot.urdf:
+        return partial(ready_for_page, request.robot.urdf, request.robot.choices.package_dirs)
+    return None
 
 
 def fragile_line(gait: Gait) -> str:

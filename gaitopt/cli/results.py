@@ -25,14 +25,20 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import Terrain
 from gaitopt.settings import NO_LIMIT, declared
-from gaitopt.view.figure_worker import FigureWorker
+from gaitopt.view.drawing_worker import DrawingWorker, draw_figures, draw_page
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
 TASK, URDF, CHOICES = "task.toml", "robot.urdf", "choices.toml"
 
 
 def write_results(
-    gait: Gait, request: Request, directory: Path, *, page: bool, figures: FigureWorker | None
+    gait: Gait,
+    request: Request,
+    directory: Path,
+    *,
+    page: bool,
+    figures: bool,
+    worker: DrawingWorker | None = None,
 ) -> Iterator[Path]:
     """Write the gait and everything made from it; yield each as it is written.
 
@@ -40,8 +46,8 @@ def write_results(
         gait: what was found.
         request: what was asked for.
         directory: where to write.
-        page: whether to write the page.
-        figures: what draws the figures, None for no figures.
+        page, figures: whether to write them.
+        worker: draws the figures or, where there are none, the page.
 
     Raises:
         InputError: the directory cannot be written.
@@ -52,11 +58,11 @@ def write_results(
     yield write_atomically(directory / URDF, gait.urdf.encode())
     yield write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode())
     yield write_atomically(directory / TASK, task_text(request, directory).encode())
-    drawn = None if figures is None else figures.begin(gait, directory / FIGURES)
+    here, worker = DrawingWorker(), worker or DrawingWorker()
+    drawn = worker.begin(draw_figures, gait, directory / FIGURES) if figures else None
     if page:
-        from gaitopt.view.page import write_page
-
-        yield write_page(gait, directory / PAGE)
+        text = (here if figures else worker).begin(draw_page, gait)()
+        yield write_atomically(directory / PAGE, text.encode())
     if drawn is not None:
         drawn()
         yield directory / FIGURES

@@ -13,6 +13,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from typing import Any
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt
 _THREADS = "OPENBLAS_NUM_THREADS"  # read by a BLAS that is loaded later: SciPy brings its own
@@ -57,6 +58,31 @@ def _keep_memory() -> None:
         if mallopt is not None:
             mallopt(_TRIM_THRESHOLD, _KEPT)
             mallopt(_MMAP_THRESHOLD, _KEPT)
+
+
+def worker_context() -> Any:
+    """Return how to start processes: copied, which takes no time, where that is safe.
+
+    A copy of a process with several threads may find locks held for good, and macOS copies none.
+    """
+    copied = sys.platform.startswith("linux") and threading.active_count() == 1
+    return multiprocessing.get_context("fork" if copied else "spawn")
+
+
+@contextmanager
+def without_ctrl_c() -> Iterator[None]:
+    """Let Ctrl-C wait for the end of a block: amid the copying of a process it would be lost.
+
+    Processes and threads started meanwhile never receive it.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # no POSIX
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def serve_parent() -> None:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
-import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
 from gaitopt.bounds import WORKERS, at_most, shown
-from gaitopt.design.process import serve_parent, tune_process
+from gaitopt.design.process import serve_parent, tune_process, without_ctrl_c, worker_context
 from gaitopt.errors import InputError
 
 ATTEMPTS = 3  # of a job whose worker dies
@@ -53,7 +50,7 @@ class LocalWorkers(Executor):
             with self._lock:
                 pool = self._pool = self._pool or self._started()
             try:
-                with _without_ctrl_c():
+                with without_ctrl_c():
                     inner = pool.submit(call)  # the first one starts the processes
                 break
             except BrokenExecutor:  # a worker has died while nobody looked
@@ -90,9 +87,9 @@ class LocalWorkers(Executor):
     def _started(self) -> ProcessPoolExecutor:
         if not self._begun:
             self._begun = True
-            with _without_ctrl_c():  # amid a print it would have the same line printed again
+            with without_ctrl_c():  # amid a print it would have the same line printed again
                 self._on_start()
-        return ProcessPoolExecutor(self.count, _context(), initializer=_prepare)
+        return ProcessPoolExecutor(self.count, worker_context(), initializer=_prepare)
 
     def _forget(self, pool: ProcessPoolExecutor) -> None:
         """Have no more to do with a pool of which a worker has died.
@@ -120,31 +117,6 @@ def _kill(pool: ProcessPoolExecutor) -> None:
     for process in [*(getattr(pool, "_processes", None) or {}).values()]:
         with suppress(Exception):  # it has ended
             process.kill()  # as `serve_parent` has them, they heed nothing else
-
-
-def _context() -> Any:
-    """Return how to start processes: copied, which takes no time, where that is safe.
-
-    A copy of a process with several threads may find locks held for good, and macOS copies none.
-    """
-    copied = sys.platform.startswith("linux") and threading.active_count() == 1
-    return multiprocessing.get_context("fork" if copied else "spawn")
-
-
-@contextmanager
-def _without_ctrl_c() -> Iterator[None]:
-    """Let Ctrl-C wait for the end of a block: amid the copying of a process it would be lost.
-
-    Processes and threads started meanwhile never receive it.
-    """
-    if not hasattr(signal, "pthread_sigmask"):  # no POSIX
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _prepare() -> None:

@@ -27,7 +27,7 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
 from gaitopt.view.contacts import contact_colour
-from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes, surface
+from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes, triangles
 from gaitopt.view.viewer import Node, animation, geometry
 
 DEFAULT_STEPS = 6
@@ -437,7 +437,7 @@ def _block(
     quads = [
         *np.stack([near, other, beyond, far], axis=2).reshape(-1, 4, 3), rings[0, ::-1], rings[-1],
     ]  # fmt: skip
-    return surface(np.array([quad[k] for quad in quads for k in ([0, 1, 2], [0, 2, 3])]))
+    return triangles(np.array([quad[k] for quad in quads for k in ([0, 1, 2], [0, 2, 3])]))
 
 
 def _painted(

@@ -7,7 +7,9 @@ mesh files, authors and paths included, into a page.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,7 +25,7 @@ from gaitopt.importers.source import Source, load_mesh
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.view.mesh_data import GREY, MeshData, read_mesh
-from gaitopt.view.simplify import Rows, simplified
+from gaitopt.view.simplify import Surface, simplified
 from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
 from gaitopt.view.viewer import Node, geometry
 
@@ -91,7 +93,7 @@ def unloaded(path: str, scale: Array) -> coal.BVHModelBase:
     Coal builds a tree of boxes about every mesh, for which a page has no use and which takes fifty
     times as long as reading the file.
     """
-    if Path(path).suffix.lower() in (".stl", ".obj") and read_mesh(path) is not None:
+    if Path(path).suffix.lower() in (".stl", ".obj") and file_parts(path) is not None:
         return coal.BVHModelOBB()
     return load_mesh(path, scale)
 
@@ -109,9 +111,9 @@ def draw_shape(robot: Node, group: str, item: pin.GeometryObject, placement: pin
     matrix = placement.homogeneous @ np.diag([*item.meshScale, 1.0])
     solid = item.geometry
     if _suffix(item) or isinstance(solid, coal.BVHModelBase):
-        mesh = read_mesh(item.meshPath) or _loaded(solid, item.meshScale)
-        if mesh is not None:
-            _draw_mesh(node, mesh, item)
+        parts = file_parts(item.meshPath)
+        loaded = None if parts is not None else _loaded(solid, item.meshScale)
+        _draw_parts(node, parts or (() if loaded is None else mesh_parts(loaded)), item)
     else:
         node.set_object(_simple(solid), _material(item))
         if isinstance(solid, coal.Cylinder | coal.Cone):
@@ -252,34 +254,63 @@ def _loaded(solid: object, scale: Array) -> MeshData | None:
     return MeshData(corners[np.array([[f[0], f[1], f[2]] for f in faces], dtype=np.intp)])
 
 
-def _draw_mesh(node: Node, mesh: MeshData, item: pin.GeometryObject) -> None:
-    """Draw triangles: those of one colour together, as the node or as one node each below it."""
+Part = tuple[Array | None, Surface]
+"""What is drawn of a mesh in one colour (4,), in that of the robot's file where it is None."""
+
+
+def mesh_parts(mesh: MeshData) -> tuple[Part, ...]:
+    """Return a mesh by its colours, simplified where triangles are many."""
     if mesh.colours is None:
-        node.set_object(surface(mesh.corners, mesh.normals), _material(item))
-        return
+        return ((None, _surface(mesh.corners, mesh.normals)),)
     colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
-    for number, colour in enumerate(colours):
-        rows = which.reshape(-1) == number
-        normals = None if mesh.normals is None else mesh.normals[rows]
-        part = node if len(colours) == 1 else node[str(number)]
-        part.set_object(surface(mesh.corners[rows], normals), _painted(colour))
+    each = [which.reshape(-1) == number for number in range(len(colours))]
+    return tuple(
+        (colour, _surface(mesh.corners[rows], None if mesh.normals is None else mesh.normals[rows]))
+        for colour, rows in zip(colours, each, strict=True)
+    )
 
 
-def surface(corners: Array, normals: Array | None = None) -> geometry.Geometry:
+def file_parts(path: str) -> tuple[Part, ...] | None:
+    """Return the parts of a mesh file that is read here, else None; those of the last are kept."""
+    with suppress(OSError, ValueError):  # a simple shape has no file
+        facts = Path(path).stat()
+        return _file_parts(path, facts.st_mtime_ns, facts.st_size)
+    return None
+
+
+@lru_cache(maxsize=256)
+def _file_parts(path: str, _changed: int, _size: int) -> tuple[Part, ...] | None:
+    mesh = read_mesh(path)
+    return None if mesh is None else mesh_parts(mesh)
+
+
+def triangles(corners: Array) -> geometry.Geometry:
     """Return triangles (M, 3, 3) as MeshCat's, simplified where they are many."""
+    return _Triangles(_surface(corners, None))
+
+
+def _surface(corners: Array, normals: Array | None) -> Surface:
     few = simplified(corners)
     if few is not None:
-        return _Triangles(few.corners, few.faces, few.normals)
+        return few
     flat = corners.reshape(-1, 3)
-    return _Triangles(flat, np.arange(len(flat)).reshape(-1, 3), normals)
+    return Surface(flat, normals, np.arange(len(flat)).reshape(-1, 3))
+
+
+def _draw_parts(node: Node, parts: tuple[Part, ...], item: pin.GeometryObject) -> None:
+    """Draw the parts of a mesh, as the node or as one node each below it."""
+    for number, (colour, surface) in enumerate(parts):
+        part = node if len(parts) == 1 else node[str(number)]
+        material = _material(item) if colour is None else _painted(colour)
+        part.set_object(_Triangles(surface), material)
 
 
 class _Triangles(geometry.TriangularMeshGeometry):  # type: ignore[misc]
     """Triangles with normals at their corners; where there are none, facets are flat."""
 
-    def __init__(self, corners: Array, faces: Rows, normals: Array | None) -> None:
-        super().__init__(corners, faces)
-        self.normals = normals
+    def __init__(self, surface: Surface) -> None:
+        super().__init__(surface.corners, surface.faces)
+        self.normals = surface.normals
 
     def lower(self, object_data: object) -> dict[str, object]:
         """Return the geometry as the viewer reads it."""

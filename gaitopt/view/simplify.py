@@ -40,12 +40,12 @@ class Surface:
 
     Attributes:
         corners: shape (V, 3), in the units of the file.
-        normals: at them, shape (V, 3).
+        normals: at them, shape (V, 3); None where facets are flat.
         faces: rows of `corners`, shape (F, 3).
     """
 
     corners: Array
-    normals: Array
+    normals: Array | None
     faces: Rows
 
 

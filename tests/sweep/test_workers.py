@@ -46,7 +46,7 @@ def test_two_workers_one_of_them_killed_find_what_one_process_finds(robot, swept
 
 def test_started_afresh_they_find_the_same(robot, swept, tmp_path, monkeypatch):
     spawn = multiprocessing.get_context("spawn")
-    monkeypatch.setattr(workers_module, "_context", lambda: spawn)
+    monkeypatch.setattr(workers_module, "worker_context", lambda: spawn)
     with local_workers(1) as executor:
         library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, executor=executor)
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)

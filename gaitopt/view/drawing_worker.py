@@ -1,0 +1,135 @@
+"""Page and figures of a gait, drawn beside other work: in a second process on a second core."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from gaitopt.design.process import serve_parent, without_ctrl_c, worker_context
+from gaitopt.gait.result import Gait
+
+Drawn = TypeVar("Drawn")
+
+
+@dataclass(frozen=True)
+class DrawingWorker:
+    """Draws what it is asked for.
+
+    Attributes:
+        pool: the process that draws, None for this one.
+    """
+
+    pool: ProcessPoolExecutor | None = None
+
+    def begin(self, draw: Callable[..., Drawn], *facts: object) -> Callable[[], Drawn]:
+        """Begin to draw.
+
+        Args:
+            draw: a function of a module, as `draw_figures` and `draw_page`.
+            facts: its arguments.
+
+        Returns:
+            A function that waits for what `draw` returns, or raises what it raises.
+        """
+        try:
+            drawn = None if self.pool is None else self.pool.submit(draw, *facts)
+        except BrokenProcessPool:
+            drawn = None
+
+        def result() -> Drawn:
+            with contextlib.suppress(BrokenProcessPool):  # it was ended, for want of memory perhaps
+                if drawn is not None:
+                    return drawn.result()
+            return draw(*facts)
+
+        return result
+
+
+@contextlib.contextmanager
+def drawing_worker(get_ready: Callable[[], None] | None) -> Iterator[DrawingWorker]:
+    """Get ready to draw if there is a core for it; wait for what was begun at the end.
+
+    Where processes can be copied, the one that will draw is a copy of this one.
+
+    Args:
+        get_ready: called by the process that will draw: it loads what that needs, meanwhile. None
+            where nothing will be drawn that would be worth it.
+    """
+    if get_ready is None or spare_cores() < 1.0:
+        yield DrawingWorker()
+        return
+    try:
+        pool = ProcessPoolExecutor(1, worker_context(), initializer=serve_parent)
+        with without_ctrl_c():
+            ready = pool.submit(get_ready)
+    except (OSError, RuntimeError, NotImplementedError):  # no more processes are to be had
+        yield DrawingWorker()
+        return
+    try:
+        yield DrawingWorker(pool)
+    finally:
+        if not ready.done():  # nothing was drawn yet, and nothing will be
+            for process in [*(getattr(pool, "_processes", None) or {}).values()]:
+                process.kill()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def spare_cores() -> float:
+    """Return how many cores this process may use beside its own, less what others use of late.
+
+    A second process loads everything again: on a core that others use it costs more than it saves.
+    """
+    affinity = getattr(os, "sched_getaffinity", None)  # neither of the two is everywhere
+    cores = (os.cpu_count() or 1) if affinity is None else len(affinity(0))
+    load = 0.0
+    with contextlib.suppress(OSError, AttributeError):
+        load = os.getloadavg()[0]
+    return min(cores - 1.0, cores - load)
+
+
+def draw_figures(gait: Gait, directory: Path) -> list[Path]:
+    """Write the figures of a gait; see `write_figures`."""
+    from gaitopt.view.figures import write_figures
+
+    return write_figures(gait, directory)
+
+
+def draw_page(gait: Gait) -> str:
+    """Return the text of the page of a gait; see `write_page`."""
+    from gaitopt.view.page import page_text
+
+    return str(page_text(gait))
+
+
+def ready_for_figures() -> None:
+    """Load what figures need, which takes as long as drawing them."""
+    from gaitopt.view.figure_style import new_figure, rendered
+
+    figure = new_figure(1.0, 1.0)
+    figure.subplots()
+    rendered(figure, "png")  # loads the fonts and the renderer too
+
+
+def ready_for_page(urdf: str, package_dirs: tuple[str, ...]) -> None:
+    """Load what a page needs, and simplify the meshes of a robot, which takes longer than a gait.
+
+    Args:
+        urdf: text of its file.
+        package_dirs: where its meshes are.
+    """
+    import pinocchio as pin
+
+    from gaitopt.errors import GaitoptError
+    from gaitopt.importers.reader import read_source
+    from gaitopt.view.robot_shapes import file_parts, unloaded
+
+    with contextlib.suppress(GaitoptError):  # which the page will say
+        shapes = read_source(urdf, package_dirs).geometry(pin.GeometryType.VISUAL, load=unloaded)
+        for item in () if shapes is None else shapes.geometryObjects:
+            file_parts(item.meshPath)

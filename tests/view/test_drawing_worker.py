@@ -1,0 +1,87 @@
+import os
+import re
+import signal
+import time
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from page_scene import unpacked
+from sample_gait import sample_gait
+
+from gaitopt.errors import InputError
+from gaitopt.view import drawing_worker as module
+from gaitopt.view.drawing_worker import (
+    draw_figures,
+    draw_page,
+    drawing_worker,
+    ready_for_figures,
+    ready_for_page,
+    spare_cores,
+)
+from gaitopt.view.figures import FIGURES
+from gaitopt.view.robot_shapes import capsule
+
+NAMES = [f"{name}.png" for name in FIGURES]
+
+
+def test_another_process_draws_and_if_it_dies_this_one_does(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
+    (tmp_path / "file").write_text("")
+    with drawing_worker(ready_for_figures) as worker:
+        files = worker.begin(draw_figures, sample_gait(), tmp_path / "a")()
+        with pytest.raises(InputError, match="cannot make the directory"):
+            worker.begin(draw_figures, sample_gait(), tmp_path / "file" / "x")()
+        for process in list(worker.pool._processes):
+            os.kill(process, signal.SIGKILL)
+        again = worker.begin(draw_figures, sample_gait(), tmp_path / "b")()
+    assert [f.name for f in files] == [f.name for f in again] == NAMES
+    assert [f.read_bytes() for f in files] == [f.read_bytes() for f in again]
+
+
+def test_a_page_with_meshes_is_the_same_from_another_process(tmp_path, monkeypatch):
+    """But for the names of objects, which MeshCat draws by lot."""
+    monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
+    corners, faces = capsule(0.05, 0.1)
+    records = np.zeros(len(faces), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("", "<u2")])
+    records["corners"] = corners[faces]
+    head = bytes(80) + len(faces).to_bytes(4, "little")
+    (tmp_path / "capsule.stl").write_bytes(head + records.tobytes())
+    mesh = rf'\1<geometry><mesh filename="{tmp_path / "capsule.stl"}"/></geometry>'
+    drawn = r"(<visual>(?:(?!</visual>).)*?)<geometry>.*?</geometry>"
+    gait = sample_gait()
+    gait = replace(gait, urdf=re.sub(drawn, mesh, gait.urdf, flags=re.DOTALL))
+    with drawing_worker(partial(ready_for_page, gait.urdf, ())) as worker:
+        there = worker.begin(draw_page, gait)()
+    assert b"normal" in lots_apart(there)  # of simplified meshes
+    assert lots_apart(there) == lots_apart(draw_page(gait))
+
+
+def lots_apart(page):
+    scene = unpacked(re.search(r'PACKED_SCENE = "([^"]*)";', page)[1])
+    return re.sub(rb"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", b"", scene)
+
+
+def test_what_is_not_wanted_any_more_is_not_waited_for(monkeypatch):
+    monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), drawing_worker(partial(time.sleep, 3600.0)):
+        raise KeyboardInterrupt
+    assert time.monotonic() - began < 1800.0
+
+
+@pytest.mark.parametrize(("ready", "spare"), [(None, 1.0), (ready_for_figures, 0.8)])
+def test_no_process_is_started_for_nothing(ready, spare, monkeypatch):
+    monkeypatch.setattr(module, "spare_cores", lambda: spare)
+    with drawing_worker(ready) as worker:
+        assert worker.pool is None
+
+
+@pytest.mark.parametrize(
+    ("cores", "load", "spare"), [(2, 0.3, 1.0), (2, 1.5, 0.5), (8, 2.5, 5.5), (1, 0.0, 0.0)]
+)
+def test_cores_that_others_use_are_not_spare(cores, load, spare, monkeypatch):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: set(range(cores)), raising=False)
+    monkeypatch.setattr("os.getloadavg", lambda: (load, 0.0, 0.0), raising=False)
+    assert spare_cores() == spare
