@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import re
-import secrets
 from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -71,7 +70,7 @@ def _write(target: Path, data: bytes, synced: bool) -> None:
     if target.is_dir():
         raise IsADirectoryError(None, "it is a directory")
     _sweep(target.parent)
-    temporary = target.parent / f".{secrets.token_hex(6)}.tmp"
+    temporary = target.parent / f".{os.urandom(6).hex()}.tmp"
     try:  # an interrupt may come as soon as the file is there
         with _locked(temporary) as stream:
             stream.write(data)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
@@ -70,7 +69,7 @@ def write_results(
 
 def save_elsewhere(gait: Gait) -> Path | None:
     """Keep a gait that cannot be written where it should be, in the first place that takes it."""
-    name = f"gaitopt-{secrets.token_hex(4)}.npz"
+    name = f"gaitopt-{os.urandom(4).hex()}.npz"
     for folder in (tempfile.gettempdir(), os.curdir):
         with suppress(InputError, OSError):
             return save_gait(gait, Path(folder).absolute() / name)

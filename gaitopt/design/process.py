@@ -6,7 +6,6 @@ No function of the library changes its process; these are for programs that want
 from __future__ import annotations
 
 import ctypes
-import multiprocessing
 import os
 import signal
 import sys
@@ -65,6 +64,8 @@ def worker_context() -> Any:
 
     A copy of a process with several threads may find locks held for good, and macOS copies none.
     """
+    import multiprocessing  # which most commands do without
+
     copied = sys.platform.startswith("linux") and threading.active_count() == 1
     return multiprocessing.get_context("fork" if copied else "spawn")
 
@@ -105,6 +106,8 @@ def leave_ctrl_c() -> None:
 
 
 def _end_with_parent() -> None:
+    import multiprocessing
+
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -8,13 +8,10 @@ impulse dwindles, with which all limits on it meet in a point (docs/decisions/la
 
 from __future__ import annotations
 
-import multiprocessing
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
-from multiprocessing.synchronize import Event
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -41,6 +38,9 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Solution, Status, Stop, never
+
+if TYPE_CHECKING:
+    from multiprocessing.synchronize import Event
 
 SECOND = 1  # number of the start that comes from there
 FASTER = 1.25  # of the speed: the walk from which slow ones are begun at last
@@ -553,6 +553,10 @@ def outcomes_of(
                 return
             yield job.run(number, on_progress, stop)
         return
+    import multiprocessing  # slow to import, as those below, and most commands do without
+    from concurrent.futures import ProcessPoolExecutor, wait
+    from concurrent.futures.process import BrokenProcessPool
+
     others = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
     stopped = context.Event()

@@ -5,14 +5,16 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from gaitopt.design.process import serve_parent, without_ctrl_c, worker_context
 from gaitopt.gait.result import Gait
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
 
 Drawn = TypeVar("Drawn")
 
@@ -37,16 +39,20 @@ class DrawingWorker:
         Returns:
             A function that waits for what `draw` returns, or raises what it raises.
         """
+        here = partial(draw, *facts)
+        if self.pool is None:
+            return here
+        from concurrent.futures.process import BrokenProcessPool
+
         try:
-            drawn = None if self.pool is None else self.pool.submit(draw, *facts)
+            drawn = self.pool.submit(draw, *facts)
         except BrokenProcessPool:
-            drawn = None
+            return here
 
         def result() -> Drawn:
             with contextlib.suppress(BrokenProcessPool):  # it was ended, for want of memory perhaps
-                if drawn is not None:
-                    return drawn.result()
-            return draw(*facts)
+                return drawn.result()
+            return here()
 
         return result
 
@@ -64,6 +70,8 @@ def drawing_worker(get_ready: Callable[[], None] | None) -> Iterator[DrawingWork
     if get_ready is None or spare_cores() < 1.0:
         yield DrawingWorker()
         return
+    from concurrent.futures import ProcessPoolExecutor  # slow to import, and seldom needed
+
     try:
         pool = ProcessPoolExecutor(1, worker_context(), initializer=serve_parent)
         with without_ctrl_c():

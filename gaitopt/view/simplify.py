@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import fast_simplification
 import numpy as np
 from numpy.typing import NDArray
 
@@ -65,6 +64,8 @@ def simplified(corners: Array) -> Surface | None:
     size = float(np.ptp(points, axis=0).max()) / _SIZE or 1.0
     wanted = max(FEW, int(_FACTOR * len(faces) ** _POWER))
     if len(faces) > wanted:
+        import fast_simplification  # which looks for its own version: slow to import
+
         points, faces = fast_simplification.simplify(
             np.ascontiguousarray(points / size, dtype=np.float32),
             np.ascontiguousarray(faces, dtype=np.int32),

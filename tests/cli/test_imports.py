@@ -10,7 +10,8 @@ import pytest
 
 _SLOW = (
     "{'scipy', 'qpsolvers', 'matplotlib', 'mujoco', 'meshcat', 'tornado', 'pydantic', "
-    "'IPython', 'zmq', 'PIL', 'gaitopt.design.diagnosis'}"
+    "'IPython', 'zmq', 'PIL', "
+    "'multiprocessing', 'numpy.random', 'fast_simplification', 'gaitopt.design.diagnosis'}"
 )
 
 
