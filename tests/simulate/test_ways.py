@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from gaitopt.cli.optimise import fragile_line
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait
 from gaitopt.design.walkability import LANDING, PRESSURE, weak_points
@@ -70,6 +71,12 @@ def test_it_walks_as_designed(gait, make):
     assert walk.times.mean() == pytest.approx(gait.duration, rel=0.03)
     assert abs(walk.drift) < 0.03
     assert walk.turn_rate == pytest.approx(gait.turn_rate, abs=0.03)
+
+
+def test_no_preset_is_advised_that_walks_on_heel_and_toe_seldom_keep(gaits):
+    heeled = fragile_line(gaits["heel and toe"])
+    assert "raise --" in heeled
+    assert "--preset" not in heeled
 
 
 def test_designed_cost_is_that_of_the_whole_walk(gait):
