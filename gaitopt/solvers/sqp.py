@@ -68,11 +68,6 @@ ROUGH, ROUGHLY_FEASIBLE = 0.1, 1e-4
 """Tolerances for answers that are only the way to others. With 1 and 0.001 slower walks take a
 fifth fewer iterations, but lead one of ten random bipeds to an optimum that costs 4 % more
 (measured)."""
-SETTLED, SETTLING, SETTLED_AT = 0.01, 3, 1e-3
-"""Relative change of the cost over so many steps, between iterates of no larger violation, at which
-such an answer is near enough. The slower walks of 48 designs of the biped and others like it take
-920 iterations in place of 998, those of 9 of G1, Talos and iCub as many as without (measured; one
-start of these 57 then ends at another optimum, a cheaper one)."""
 UNBOUNDED_AFTER = 100
 """Longest steps in a row, all feasible, after which a cost is called unbounded: 200 units of the
 variables' scale with the default radius, in radians thirty turns."""
@@ -109,7 +104,6 @@ class SQP(SingleStage):
             multipliers, and is raised by itself when it proves too small (measured: begun with
             that sum or less, more starts lead to an optimum than with several times as much) ...
         max_penalty: ... but not beyond this; only then is a program called infeasible.
-        settled: whether nearly feasible iterates whose cost hardly changes are called optimal too.
     """
 
     name: ClassVar[str] = "sqp"
@@ -128,7 +122,6 @@ class SQP(SingleStage):
     min_radius: float = 1e-10
     penalty: float = 200.0
     max_penalty: float = 1e6
-    settled: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -166,7 +159,6 @@ class SQP(SingleStage):
             self,
             tolerance=max(self.tolerance, ROUGH),
             feasibility=max(self.feasibility, ROUGHLY_FEASIBLE),
-            settled=True,
         )
 
 
@@ -199,7 +191,6 @@ class _Run:
         self.last_length = options.initial_radius
         self.renewed = False
         self.strides = 0
-        self.costs: list[float] = []  # of nearly feasible iterates in a row
         self.idle, self.least_residual = 0, np.inf
         self.model: LocalModel | None = None
 
@@ -207,7 +198,7 @@ class _Run:
         """Go on from iterate to iterate until one is optimal, or the reason why not is known."""
         for _ in range(self.options.max_iterations):
             self.recorder.record(self.iterate, self.region.radius)
-            if self._is_optimal(self.iterate) or (self.options.settled and self._has_settled()):
+            if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
             if self.recorder.stopped:
                 return Status.INTERRUPTED
@@ -240,16 +231,6 @@ class _Run:
         self.iterate = own
         self.recorder.keep(own)
         return True
-
-    def _has_settled(self) -> bool:
-        """Whether the cost of nearly feasible iterates hardly changes any more."""
-        cost, costs = self.iterate.point.cost, self.costs
-        if self.iterate.violation > SETTLED_AT:
-            costs.clear()
-        elif not costs or cost != costs[-1]:  # else no step was taken
-            costs.append(cost)
-        last = costs[-1 - SETTLING :]
-        return len(last) > SETTLING and max(last) - min(last) <= SETTLED * abs(cost)
 
     def _falls_without_end(self) -> bool:
         """Whether the cost is beyond all bounds, or falls with every of many longest steps."""
