@@ -283,21 +283,27 @@ class WalkProblem(NLP):
         gradient = np.zeros(self.layout.size)
         for one, weight in self.cost.gradient(step).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
-        slopes = RowSlopes([self._slopes(block, step, jacobians) for block in self.blocks])
+        slopes = RowSlopes(self._slopes(step, jacobians))
         values = Values(step.x, self.cost.value(step), self._row_values(step))
         self._last_point = WalkPoint(values, gradient, slopes)
         return self._last_point
 
-    def _slopes(
-        self, block: ConstraintBlock, step: Step | Steps, jacobians: Jacobians
-    ) -> Array | Product:
-        """Return the derivatives of scaled rows in x, shape (k, P)."""
-        product = jacobians.products.get(block.reads[0]) if len(block.reads) == 1 else None
-        through = block.take(jacobians) if product is None else product.local[block.where]
-        slopes = block.function.chained(block.take(step.values), through) * block.per_unit
-        if product is not None:
-            return Product(slopes, product.angles[block.where])
-        return slopes.reshape(block.size, -1)
+    def _slopes(self, step: Step | Steps, jacobians: Jacobians) -> list[Array | Product]:
+        """Return the derivatives of scaled rows in x, shape (k, P), those formed in one table."""
+        found: list[Array | Product] = []
+        table, first = np.empty((self.rows.lower.size, self.layout.size)), 0
+        for block, rows in zip(self.blocks, self._slices, strict=True):
+            product = jacobians.products.get(block.reads[0]) if len(block.reads) == 1 else None
+            through = block.take(jacobians) if product is None else product.local[block.where]
+            slopes = block.function.chained(block.take(step.values), through)
+            if product is None:
+                np.multiply(slopes, block.per_unit, out=table[rows].reshape(slopes.shape))
+                continue
+            if first < rows.start:
+                found.append(table[first : rows.start])
+            found.append(Product(slopes * block.per_unit, product.angles[block.where]))
+            first = rows.stop
+        return [*found, table[first:]] if first < len(table) else found
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""

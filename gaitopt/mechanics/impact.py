@@ -267,9 +267,9 @@ class Impact:
         sides[:nv, n : 2 * n] = D[:, BASE:]
         if sole_before is not None:
             sides[:nv, 2 * n :] = D[:, :BASE]
-        posture_part, rate_part, sole_part = np.split(solve(factors, sides), [n, 2 * n], axis=1)
-        of_sole = None if sole_before is None else sole_part
-        return state, ImpactDerivatives(posture_part, rate_part, K, of_sole, bent)
+        found = solve(factors, sides)
+        of_sole = None if sole_before is None else found[:, 2 * n :]
+        return state, ImpactDerivatives(found[:, :n], found[:, n : 2 * n], K, of_sole, bent)
 
     def _bent(
         self, posture: Array, rate_before: Array, sole_before: Array | None, state: ImpactState

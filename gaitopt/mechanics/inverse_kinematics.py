@@ -107,8 +107,7 @@ class LegKinematics:
         model, data, robot = self._model, self._data, self.robot
         legs, stance = robot.tree.legs, robot.tree.stance
         matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
-        # Free joints that turn those of the legs.
-        free = np.unique(robot.coupling.motor[legs])
+        free = self._free
         square, q = matrix.shape[0] == matrix.shape[1] == len(free), q.copy()
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = robot.coupling.angles(q)
@@ -138,6 +137,11 @@ class LegKinematics:
             "the legs found no posture for this double support; lower the pelvis, shorten the step "
             "or bring the trunk closer to upright"
         )
+
+    @cached_property
+    def _free(self) -> Array:
+        """Numbers of the free joints that turn those of the legs, shape (f,)."""
+        return np.unique(self.robot.coupling.motor[self.robot.tree.legs])
 
     @cached_property
     def _seed(self) -> Array:

@@ -207,7 +207,7 @@ class SingleSupport:
         jacobian = np.empty((self.count, 6 + n, 3 * n))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
         axes = np.empty((self.count, n, 6))
-        of_q, of_dq, of_ddq = np.split(jacobian, 3, axis=2)
+        of_q, of_dq, of_ddq = (jacobian[:, :, k * n : (k + 1) * n] for k in range(3))
         for k, instant in enumerate(self._instants):
             pin.computeRNEADerivatives(model, data, *instant)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
