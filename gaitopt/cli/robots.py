@@ -10,6 +10,7 @@ from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
+from gaitopt.actuators.linkages import read_linkages
 from gaitopt.atomic import write_atomically
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, CatalogueEntry, catalogue, humanoids
@@ -22,6 +23,7 @@ from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_source
 from gaitopt.cli.results import require_files
 from gaitopt.escape import printable
+from gaitopt.gait.motor_space import driven_joints
 from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import Inspection, inspect_robot, sections
 from gaitopt.view.page_parts import Section
@@ -42,10 +44,16 @@ def inspect(settings: Settings, asked: InspectOptions) -> None:
     """
     html, write_choices = asked.html, asked.write_choices
     require_files((html, "--html"), (write_choices, "--write-choices"))
+    table = settings.get("linkages")
+    linkages = () if table is None else read_linkages(table)
     source, choices = robot_source(settings)
     found = inspect_robot(source, choices, robot_origin(settings))
+    driven = driven_joints(found.robot, linkages) if linkages and found.robot is not None else []
     out = screen()
     print_inspection(out, found)
+    for one in driven:
+        if one.linkage in linkages:
+            out.print(f"{table}: motors turn {', '.join(one.names)}", soft_wrap=True)
     if html is not None:
         from gaitopt.view.inspection_page import write_inspection
 

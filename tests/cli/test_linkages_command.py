@@ -41,13 +41,21 @@ def test_a_walk_keeps_the_limits_and_says_so_again(cli, walked):
     np.testing.assert_allclose(load_gait(again / "gait.npz").cost, gait.cost, rtol=1e-6)
 
 
-def test_tables_that_do_not_fit_are_refused(cli, tmp_path):
+def test_inspect_says_what_a_table_turns(cli):
+    result = cli("inspect", "--linkages", TABLE)
+    assert result.exit_code == 0
+    for side in ("left", "right"):
+        assert f"motors turn {side}_ankle_pitch, {side}_ankle_roll" in result.stdout
+
+
+@pytest.mark.parametrize("command", ["optimise", "inspect"])
+def test_tables_that_do_not_fit_are_refused(command, cli, tmp_path):
     wrong = tmp_path / "wrong.toml"
     wrong.write_text(TABLE.read_text("utf-8").replace("left_ankle_roll", "left_toe"), "utf-8")
-    result = cli("optimise", "--linkages", wrong)
+    result = cli(command, "--linkages", wrong)
     assert result.exit_code == 2
     assert "a linkage turns 'left_toe', but no joint that moves by itself" in result.stderr
-    missing = cli("optimise", "--linkages", tmp_path / "none.toml")
+    missing = cli(command, "--linkages", tmp_path / "none.toml")
     assert missing.exit_code == 2
     assert "none.toml" in missing.stderr
 
