@@ -76,7 +76,7 @@ def parse_toml(
         words = text if isinstance(text, str) else text.decode("utf-8-sig")
         return tomllib.loads(words, parse_float=_finite_or_inf)
     except UnicodeDecodeError:
-        raise kind(f"{where}: not TOML: it is not UTF-8 text; save it as UTF-8") from None
+        raise kind(f"{where}: not TOML: it is not UTF-8 text; {advice}") from None
     except (ValueError, RecursionError) as error:
         raise kind(f"{where}: not TOML: {str(error)[:_LONGEST_MESSAGE]}; {advice}") from None
 
