@@ -42,6 +42,29 @@ def test_imports_point_down_without_cycles():
     assert "2 kept, 0 broken" in found.stdout
 
 
+PACKAGED_AS = {
+    "pinocchio": "pin", "mujoco_menagerie": "mujoco-menagerie", "cyipopt": "cyipopt-wheels"
+}  # fmt: skip
+
+
+def test_what_is_imported_is_declared():
+    """What a dependency of ours needs today it may do without tomorrow."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"].values()
+    needed = [*project["dependencies"], *(one for extra in extras for one in extra)]
+    declared = {re.match(r"[\w-]+", one)[0].replace("-", "_") for one in needed}
+    imported = set()
+    for path in ROOT.glob("gaitopt/**/*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                imported.add(node.module.partition(".")[0])
+    foreign = imported - set(sys.stdlib_module_names) - {"gaitopt"}
+    packages = {PACKAGED_AS.get(name, name).replace("-", "_") for name in foreign}
+    assert packages - declared == set()
+
+
 @pytest.mark.parametrize("name", PACKAGES)
 def test_public_names_exist(name):
     package = importlib.import_module(name)

@@ -76,6 +76,30 @@ function run(viewer) {
     gl.flush();
   })();
 }
+// Without WebGL there is no picture, but the walk's time and its curves are there all the same: the
+// renderer is made on a context of which every constant, call and member is this one, and zero.
+const NOTHING = new Proxy(() => {}, {
+  apply: () => NOTHING,
+  get: (_, name) => name === Symbol.toPrimitive ? hint => hint === "string" ? "WebGL 2.0" : 0 : NOTHING,
+  set: () => true,
+});
+function openViewer(pane) {
+  const { prototype } = HTMLCanvasElement, { getContext } = prototype;
+  const draws = ["webgl2", "webgl"].some(kind => getContext.call(document.createElement("canvas"), kind));
+  if (draws) return new MeshCat.Viewer(pane, false);
+  prototype.getContext = function (kind, ...rest) {
+    return kind.includes("webgl") ? NOTHING : getContext.call(this, kind, ...rest);
+  };
+  const viewer = new MeshCat.Viewer(pane, false);
+  prototype.getContext = getContext;
+  viewer.render = () => { viewer.needs_render = false; };
+  const told = document.createElement("p");
+  told.style = "position: absolute; top: 40%; left: 15%; right: 15%; text-align: center";
+  told.textContent = "The robot cannot be drawn, because WebGL is off in this browser. "
+    + "Switch on its hardware acceleration to see it.";
+  pane.append(told);
+  return viewer;
+}
 async function openScene(pane, script, commands) {  // MeshCat's viewer, with what it shows
   if (!window.DecompressionStream) {
     pane.textContent = "This page needs a browser of 2023 or later.";
@@ -83,7 +107,7 @@ async function openScene(pane, script, commands) {  // MeshCat's viewer, with wh
   const code = document.createElement("script");
   code.textContent = new TextDecoder().decode(await unpacked(script));
   document.head.append(code);
-  const viewer = new MeshCat.Viewer(pane, false);
+  const viewer = openViewer(pane);
   viewer.animate = () => {};  // a loop of its own would be a second one
   viewer.moved = () => {};  // told before each picture
   viewer.held = () => false;  // whether something else is more urgent than pictures

@@ -203,12 +203,12 @@ document.title = JSON.stringify(seen);
 """
 
 
-def browsed(text, script, folder, size):
+def browsed(text, script, folder, size, *flags):
     """What a script at the end of the page's own writes into the title."""
     page = folder / "probe.html"
     page.write_text(text.replace("viewer.moved = show;", f"{{{script}}}\nviewer.moved = show;"))
     command = [BROWSER, *FLAGS, f"--user-data-dir={folder / 'profile'}", "--dump-dom"]
-    command += [f"--window-size={size}", page.as_uri()]
+    command += [f"--window-size={size}", *flags, page.as_uri()]
     done = subprocess.run(command, check=True, capture_output=True, timeout=300)
     return json.loads(html.unescape(re.search(r"<title>({.*?})</title>", done.stdout.decode())[1]))
 
@@ -243,6 +243,19 @@ def test_curves_and_walk_move_together(text, tmp_path):
     assert seen["unlit"] == 0
     assert seen["dark"] is True
     assert seen["stands"] == 2
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
+def test_without_webgl_curves_and_time_are_there_all_the_same(text, tmp_path):
+    """As in many virtual machines; three.js makes no renderer there."""
+    script = HAND.replace("const seen = {", "const seen = { pane: pane.innerText,")
+    drawn = browsed(text, script, tmp_path, "1200,800")
+    (tmp_path / "without").mkdir()
+    bare = browsed(text, script, tmp_path / "without", "1200,800", "--disable-3d-apis")
+    assert "WebGL is off" in bare.pop("pane")
+    assert "WebGL" not in drawn.pop("pane")
+    assert bare == drawn
 
 
 def test_curves_are_those_of_the_trajectory():
