@@ -89,7 +89,7 @@ def _judged(problem: WalkProblem, solution: Solution) -> Solution:
 
 def run_record(run: Solution) -> dict[str, object]:
     """Return a solver's run as JSON-able data; None for numbers that are not finite."""
-    apart = ("x", "multipliers", "bound_multipliers", "history")
+    apart = ("x", "multipliers", "bound_multipliers", "hessian", "history")
     told = {one.name: getattr(run, one.name) for one in fields(run) if one.name not in apart}
     history = [asdict(one) for one in run.history]
     for numbers in (told, *history):

@@ -442,9 +442,9 @@ class Constraint(ABC):
             reads=self.reads,
             function=function,
             labels=labels,
-            lower=np.full(shape, lower, dtype=np.float64),
-            upper=np.full(shape, upper, dtype=np.float64),
-            scale=np.full(shape[1:], scale, dtype=np.float64),
+            lower=np.full(shape, lower),
+            upper=np.full(shape, upper),
+            scale=np.full(shape[1:], scale),
             instants=instants,
             times=times,
         )

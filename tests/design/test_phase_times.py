@@ -107,7 +107,7 @@ def test_design_gait_searches_the_beginning(robot):
 
 
 def test_an_unknown_way_to_begin_is_refused():
-    with pytest.raises(InputError, match="best, given"):
+    with pytest.raises(InputError, match="best or given"):
         DesignOptions(toe_begin="late")
 
 
