@@ -160,6 +160,13 @@ class Multibody:
         Args:
             angles: of the joints of `moving` [rad], shape (n,).
         """
+        return self._coupling_at(angles) if self.bends else self._constant_coupling
+
+    @cached_property
+    def _constant_coupling(self) -> Array:
+        return self._coupling_at(np.zeros(len(self.moving)))
+
+    def _coupling_at(self, angles: Array) -> Array:
         _, slope, _ = self.followers(angles[self.led])
         follows = (self.tied_to[:, None] == self.moving) * slope[:, None]
         return np.concatenate([np.eye(len(self.moving)), follows])

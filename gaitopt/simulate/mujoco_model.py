@@ -62,17 +62,17 @@ class SimulatedRobot:
     ground: tuple[int, int]
     base: int
 
-    @property
+    @cached_property
     def mass(self) -> float:
         """Mass of the robot [kg]."""
         return float(self.model.body_mass.sum())
 
-    @property
+    @cached_property
     def weight(self) -> float:
         """Weight of the robot [N]."""
         return self.mass * float(np.linalg.norm(self.body.gravity))
 
-    @property
+    @cached_property
     def driven(self) -> NDArray[np.int64]:
         """Addresses in `qvel` of all joints, in the order of `body.driven`, shape (n + t,)."""
         return np.concatenate([self.dof, self.tied[1]])

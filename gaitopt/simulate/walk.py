@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -256,7 +257,7 @@ class _Run:
     ) -> None:
         trajectory = gait.trajectory
         self._robot, self._trajectory = disturbed_robot(robot, disturbance), trajectory
-        self._gait = gait
+        self._gait, self._advance = gait, cache(trajectory.advance)
         self._controller, self._options = controller, options
         self._disturbance = disturbance
         self._rng = np.random.default_rng(disturbance.seed)
@@ -351,7 +352,7 @@ class _Run:
         Args:
             places: of the standing soles, one more than steps.
         """
-        advance = [self._trajectory.advance(step) for step in range(len(places))]
+        advance = [self._advance(step) for step in range(len(places))]
         pairs = list(zip(advance, places, strict=True))
         off = np.array([place.translation - designed.translation for designed, place in pairs])
         off -= off[0]
@@ -367,7 +368,7 @@ class _Run:
 
     def _ground(self, step: int) -> float:
         """Return the height of the ground under a step [m]."""
-        height = float(self._trajectory.advance(step).translation[2])
+        height = float(self._advance(step).translation[2])
         return height + self._disturbance.ground * (step % 2)
 
     def _prepare_ground(self, foot: int, step: int, late: bool) -> None:
@@ -406,8 +407,7 @@ class _Run:
     def _forces(self) -> tuple[float, float]:
         """Return the normal forces of the ground on both soles [N]."""
         data, total, one = self._data, [0.0, 0.0], np.zeros(6)
-        for index in range(data.ncon):
-            touching = data.contact[index].geom
+        for index, touching in enumerate(data.contact.geom.tolist()):
             mujoco.mj_contactForce(self._robot.model, data, index, one)
             for foot, geom in enumerate(self._robot.geom):
                 total[foot] += float(one[0]) * (geom in touching)
@@ -416,7 +416,7 @@ class _Run:
     def _down(self, step: int) -> Ending | None:
         """Return how the robot is down, None if it is up."""
         data, base = self._data, self._robot.base
-        height = data.subtree_com[base][2] - self._trajectory.advance(step).translation[2]
+        height = data.subtree_com[base][2] - self._advance(step).translation[2]
         if not np.isfinite(data.qpos).all() or height < _LOW * self._height:
             return Ending.FELL
         up = data.xmat[base].reshape(3, 3)[2] @ self._robot.body.heading[:, 2]

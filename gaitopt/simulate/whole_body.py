@@ -182,7 +182,8 @@ class WholeBodyController:
         if turn is not None:
             slight[count] = _TURN_WEIGHT
             own, lag = np.append(own, self._rolling(turn)), np.append(lag, 0.0)
-        H = weighted @ A + np.diag(slight)
+        H = weighted @ A
+        H.flat[:: len(H) + 1] += slight
         f = -weighted @ (wanted - task @ n + A @ lag) - slight * (own + lag)
         cone = self._cone(foot, turn)
         C, least = cone @ wrench, -cone @ wrench_0
