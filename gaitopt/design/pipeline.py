@@ -132,8 +132,9 @@ def _struck_walk(
         return with_work(solver.solve(nlp, Start(y), callback, stopping(stop)), found)
     none = np.zeros(problem.rows.lower.size), np.zeros(y.size)
     return replace(
-        found, x=y, status=Status.STALLED, multipliers=none[0], bound_multipliers=none[1]
-    )
+        found, x=y, status=Status.STALLED, multipliers=none[0], bound_multipliers=none[1],
+        hessian=None,
+    )  # fmt: skip
 
 
 def begins_relaxed(task: Task, options: DesignOptions) -> bool:

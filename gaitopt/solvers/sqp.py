@@ -339,8 +339,6 @@ class _Run:
         if not moved:
             self._unblock(trial)
             self._shrink(step.length)
-            if self.hessian.borrowed:
-                self.model = None
 
     def _try(self, model: LocalModel, step: ElasticStep, judged: ElasticStep) -> Trial | None:
         """Evaluate a step, held to the prediction of `judged`; None if undefined there."""
@@ -442,6 +440,8 @@ class _Run:
     def _shrink(self, length: float) -> None:
         self.region = self.region.shrunk(max(length, self.options.min_radius))
         self.last_length = self.region.radius
+        if self.hessian.borrowed:
+            self.model = None  # it may be the reason: the next is by the program's own
 
     def _is_optimal(self, iterate: Iterate) -> bool:
         return iterate.is_optimal(self.options.tolerance, self.options.feasibility)

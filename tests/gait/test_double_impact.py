@@ -16,6 +16,7 @@ from gaitopt.contact.schedule import PhaseEnd
 from gaitopt.design.both_feet import carried_over, gentle, impact_possible
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import attempt
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
@@ -164,6 +165,9 @@ def test_no_impact_is_possible_on_both_feet_of_the_biped(robot):
     struck = WalkProblem(robot, task)
     x = carried_over(softly.solution.x, softly.problem, struck)
     assert not impact_possible(struck, x)
+    stalled = attempt(struck, QUICK, x)
+    assert stalled.x.shape == x.shape
+    assert stalled.hessian is None  # that of the gentle walk has other variables
     loose = WalkProblem(robot, task.with_margins({"impulse_cop": False, "friction": 50.0}))
     assert impact_possible(loose, x)
 

@@ -14,7 +14,7 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Point, Start, Status, Values
-from gaitopt.solvers import SQP
+from gaitopt.solvers import SQP, sqp
 from gaitopt.tolerances import FEASIBLE
 
 
@@ -190,3 +190,18 @@ def test_a_useless_hessian_is_put_aside(robot) -> None:
     assert led_astray.cost == pytest.approx(alone.cost, rel=1e-9)
     assert led_astray.hessian is not None
     assert not np.array_equal(led_astray.hessian, useless)
+
+
+def test_a_hessian_by_which_no_step_is_found_is_put_aside(robot, monkeypatch) -> None:
+    problem = WalkProblem(robot, preset_task(speed=1.0))
+    guess, asked = first_guess(problem), []
+    solve = sqp.solve_subproblem
+
+    def failing_at_first(posed, backend):
+        asked.append(posed.hessian)
+        return solve(posed, backend) if len(asked) > 1 else None
+
+    monkeypatch.setattr(sqp, "solve_subproblem", failing_at_first)
+    useless = 1e4 * np.eye(guess.size)
+    assert SQP().solve(problem, Start(guess, hessian=useless)).status is Status.OPTIMAL
+    assert not np.allclose(asked[1], asked[0])
