@@ -3,7 +3,7 @@
 The first start is the guess itself, the second a slower walk, the others are the guess disturbed.
 Where none leads to an optimum there is one more; of walks slower than a stroll it is a faster walk:
 their steps are so short that few impulses lift the rear foot, and from guesses at such steps the
-impulse dwindles, with which all limits on it meet in a point (docs/decisions/landing.md).
+impulse dwindles, with which all limits on it meet in a point (docs/decisions/slow-walks.md).
 """
 
 from __future__ import annotations
