@@ -20,7 +20,7 @@ from typing import Any
 
 from gaitopt.bounds import DATABASE as MOST_BYTES
 from gaitopt.bounds import too_large
-from gaitopt.errors import GaitFileError, InputError
+from gaitopt.errors import GaitFileError, InputError, reason_of
 
 DATABASE = "library.sqlite"
 LOCK = "writer.lock"
@@ -58,7 +58,8 @@ def read_database(directory: Path) -> tuple[dict[str, Any], dict[str, Any]] | No
             return _read(connection, path)
     except (sqlite3.Error, OSError, OverflowError, UnicodeDecodeError) as error:
         raise GaitFileError(
-            f"cannot read '{path}': {_reason(error)}; make the library again, in another directory"
+            f"cannot read '{path}': {reason_of(error)}; make the library again, "
+            "in another directory"
         ) from error
 
 
@@ -172,7 +173,7 @@ class Database:
             raise self._unwritable(error) from error
 
     def _unwritable(self, error: sqlite3.Error) -> InputError:
-        return InputError(f"cannot write '{self.path}': {_reason(error)}")
+        return InputError(f"cannot write '{self.path}': {reason_of(error)}")
 
 
 @contextmanager
@@ -205,9 +206,5 @@ def _lock(directory: Path) -> sqlite3.Connection:
             raise InputError(
                 f"'{directory}' is in use by another sweep; wait for it, or give another directory"
             ) from error
-        raise InputError(f"cannot write '{path}': {_reason(error)}") from error
+        raise InputError(f"cannot write '{path}': {reason_of(error)}") from error
     return connection
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error) or "unknown reason").lower()

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.atomic import is_leftover, make_directory, write_atomically
-from gaitopt.errors import GaitFileError, GaitoptError, InputError
+from gaitopt.errors import GaitFileError, GaitoptError, InputError, reason_of
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import extension_record
@@ -201,8 +201,7 @@ class Library:
             gait = load_gait(path)
             altered = state.file_digest != digest(path.read_bytes())
         except OSError as error:
-            reason = (error.strerror or "unknown reason").lower()
-            raise GaitFileError(f"cannot read '{path}': {reason}; {REMEDY}") from error
+            raise GaitFileError(f"cannot read '{path}': {reason_of(error)}; {REMEDY}") from error
         except GaitFileError as error:
             reason = str(error).rsplit("; give one", 1)[0]
             raise GaitFileError(f"{reason}; {REMEDY}") from error
@@ -345,8 +344,8 @@ class Writer:
         except BaseException as error:
             self._database.close(leave=False)
             if isinstance(error, OSError):
-                reason = (error.strerror or "unknown").lower()
-                raise InputError(f"cannot make '{directory / GAITS}': {reason}") from error
+                gaits = directory / GAITS
+                raise InputError(f"cannot make '{gaits}': {reason_of(error)}") from error
             raise
         self._written, self._taken, self._stale = -PERIOD, 0.0, True
         self._pending: dict[Index, PointState] = {}
@@ -483,8 +482,7 @@ def _claim(directory: Path) -> None:
     try:
         others = sorted(e.name for e in directory.iterdir() if not is_leftover(e))
     except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        raise InputError(f"cannot read the directory '{directory}': {reason}") from error
+        raise InputError(f"cannot read the directory '{directory}': {reason_of(error)}") from error
     if DATABASE in others or MANIFEST in others:
         return
     others = [name for name in others if name != LOCK]

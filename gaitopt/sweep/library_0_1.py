@@ -10,7 +10,7 @@ from typing import Any
 from gaitopt.bounds import JOURNAL as JOURNAL_BYTES
 from gaitopt.bounds import MANIFEST as MANIFEST_BYTES
 from gaitopt.bounds import read_bounded
-from gaitopt.errors import GaitFileError, InputError
+from gaitopt.errors import GaitFileError, InputError, reason_of
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.sweep.grid import Grid
 from gaitopt.sweep.manifest import (
@@ -75,8 +75,7 @@ def _lines(path: Path) -> Iterator[tuple[int, Any]]:
     try:
         data = read_bounded(path, JOURNAL_BYTES) if path.exists() else b""
     except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InputError(f"cannot read '{path}': {reason}") from error
+        raise InputError(f"cannot read '{path}': {reason_of(error)}") from error
     lines = data.split(b"\n")[:-1]
     for number, line in enumerate(lines, start=1):
         try:
