@@ -113,8 +113,10 @@ class Database:
 
     def __init__(self, directory: Path) -> None:
         self.path, lock = directory / DATABASE, directory / LOCK
-        self._made = [path for path in (self.path, lock) if not path.exists()]
+        made = [] if lock.exists() else [lock]
         self._lock = _lock(directory)
+        # looked at under the lock: until then another sweep may have written it
+        self._made = made if self.path.exists() else [self.path, *made]
         try:
             self._connection = _connected(self.path, "rwc")
         except sqlite3.Error as error:

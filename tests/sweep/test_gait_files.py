@@ -9,7 +9,8 @@ from sweeps import QUICK, SPEEDS, Counting, forget_digests, quick_task
 
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.sweep.database import LOCK, digest
+from gaitopt.sweep import database
+from gaitopt.sweep.database import DATABASE, LOCK, digest
 from gaitopt.sweep.executor import FINISH
 from gaitopt.sweep.library import (
     ALTERED,
@@ -150,3 +151,16 @@ def test_a_library_that_cannot_be_begun_is_not_left_locked(swept, tmp_path):
     assert sorted(directory.iterdir()) == before
     with Writer(directory, swept.grid, swept.record) as writer:
         assert list(told(writer).values()) == 4 * [MISSING]
+
+
+def test_what_another_sweep_wrote_while_one_waited_for_the_lock_stays(swept, tmp_path, monkeypatch):
+    lock = database._lock
+
+    def lock_at_last(directory):
+        shutil.copy(swept.directory / DATABASE, directory)
+        return lock(directory)
+
+    monkeypatch.setattr(database, "_lock", lock_at_last)
+    with pytest.raises(InputError, match="holds another sweep"):
+        Writer(tmp_path / "lib", swept.grid, {**swept.record, "options": {}})
+    assert (tmp_path / "lib" / DATABASE).read_bytes() == (swept.directory / DATABASE).read_bytes()
