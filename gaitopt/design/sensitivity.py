@@ -392,10 +392,7 @@ def untold(at: Envelope) -> Iterator[str]:
         yield (
             "nothing is told of the length and the place of the sole: the foot turns about its edge"
         )
-    extensions: list[Any] = [at.problem.task.cost, *at.problem.task.constraints]
-    for one in extensions:
-        if type(one).__module__.startswith("gaitopt."):
-            continue
+    for one in at.problem.task.extensions:
         yield (
             f"'{one.name}' comes from a plugin: what of it depends on robot or task, beside the "
             "quantities it reads, is not counted"

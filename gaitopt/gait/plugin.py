@@ -163,12 +163,13 @@ def extension_record(one: Extension) -> dict[str, object]:
         path = Path(str(sys.modules[module].__file__))
         digest = module.removeprefix(_PREFIX).split("_")[0]
         record["plugin"] = {"file": path.name, "sha256": digest}
-    elif not _is_built_in(one):
+    elif not is_built_in(one):
         record["class"] = f"{module}.{type(one).__qualname__}"
     return record
 
 
-def _is_built_in(one: Extension) -> bool:
+def is_built_in(one: Extension) -> bool:
+    """Return whether it is of gaitopt; a sum of costs is, whatever its terms are."""
     return type(one).__module__.startswith("gaitopt.")
 
 
@@ -239,7 +240,7 @@ def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
     # A cost of one's own may be called "torque", too: the record says where it is from.
     own = "plugin" in record or "class" in record
     named = (one for one in known if one.name == record["name"])
-    found = next((one for one in named if not (own and _is_built_in(one))), None)
+    found = next((one for one in named if not (own and is_built_in(one))), None)
     if found is None:
         raise InputError(_needed(record, kind))
     values: Any = record.get("fields", {})

@@ -41,7 +41,9 @@ from gaitopt.gait.plugin import (
     Extension,
     constraint_from_record,
     cost_from_record,
+    costs_of,
     extension_record,
+    is_built_in,
     terrain_from_record,
 )
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
@@ -455,6 +457,12 @@ class Task:
             changes = over_steps(self.schedule.changes, STRIDE_EDGES)
             return phase_grid(2 * self.samples - 1, self.quadrature, changes)
         return phase_grid(self.samples, self.quadrature, self.schedule.changes)
+
+    @property
+    def extensions(self) -> tuple[Constraint | Cost, ...]:
+        """Its cost and constraints that are not gaitopt's, of a sum of costs the terms."""
+        every: tuple[Constraint | Cost, ...] = (*costs_of(self.cost), *self.constraints)
+        return tuple(one for one in every if not is_built_in(one))
 
     @property
     def declared(self) -> dict[str, Margin]:

@@ -243,6 +243,12 @@ BROKEN = [
         "cannot be imported: SystemExit",
     ),
     (SUM, "return SquaredNorm(", "return (", "cost 'calm' has array.* for its function"),
+    (
+        SUM.replace("import R", "import ComplexStep, R"),
+        "SquaredNorm(np",
+        "ComplexStep(lambda v: np.sqrt(v[:, :1])) or (np",
+        "cost '1 torque . 10 calm' has no finite value at the first guess",
+    ),
     (GROUND, "0.01", "float('nan')", "the lift of the terrain 'plains' is nan; give metres"),
     (GROUND, "return Plain()", "return 7", "is 7; give an instance of a Profile"),
     (GROUND, "return Plain()", "1 / 0", r"ZeroDivisionError in line \d+ of the plugin mine.py"),

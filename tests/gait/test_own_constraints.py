@@ -279,6 +279,15 @@ def test_a_margin_that_is_none_switches_its_constraint_off(robot):
     assert names(most_power=250.0) - names() == {"motor power"}
 
 
+def test_a_task_knows_what_of_it_is_not_built_in():
+    """Sensitivities say of what they do not know all; a first guess is checked for it."""
+    sums = WeightedSum(((OWN[-1]["cost"], 0.5), (TorqueCost(), 1.0)))
+    motors = MotorEnvelope(motors=(KNEE,))
+    task = preset_task(cost=sums, constraints=(motors, MotorPower()))
+    assert task.extensions == (Smoothness(), MotorPower())
+    assert preset_task(constraints=(motors,)).extensions == ()
+
+
 def test_a_task_with_its_own_comes_back_through_json():
     plugin = load_plugin(SWING_HEIGHT)
     cost = WeightedSum(((TorqueCost({"*_knee": 2.0}), 0.5), (TorqueCost(), 0.5)))
