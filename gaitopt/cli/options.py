@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from functools import partial
@@ -217,8 +218,11 @@ class Group(_QuickHelp, TyperGroup):
     """The application before a command is asked for."""
 
 
-_NAMED_BY = {"urdf": (".urdf", ".xacro", ".xml", ".mjcf"), "config": (".toml",), "robot": ("",)}
-"""Options whose values people type without them, by how such values end, the nearest first."""
+_NAMED_BY = {
+    "urdf": r".*\.(urdf|xacro|xml|mjcf)", "config": r".*\.toml", "start": r".*\.npz",
+    "robot": r"[a-z_][\w:-]*",
+}  # fmt: skip
+"""Options whose values people type without them, by what such values look like."""
 
 
 class PlainCommand(_QuickHelp, TyperCommand):
@@ -230,8 +234,8 @@ class PlainCommand(_QuickHelp, TyperCommand):
         rest: list[str] = super().parse_args(ctx, args)
         if rest and not ctx.resilient_parsing:
             words, known = " ".join(rest), {one.name for one in self.params}
-            ends = rest[0].lower().endswith
-            option = next((o for o, end in _NAMED_BY.items() if o in known and ends(end)), None)
+            looks = partial(re.fullmatch, string=rest[0], flags=re.IGNORECASE)
+            option = next((o for o, form in _NAMED_BY.items() if o in known and looks(form)), None)
             meant = "" if option is None else f"; did you mean --{option} {rest[0]}?"
             ctx.fail(f"Got unexpected extra argument(s) ({words}){meant}")
         return rest
