@@ -15,6 +15,22 @@ _SLOW = (
 )
 
 
+def printed(code: str) -> str:
+    """What a new process prints."""
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return found.stdout.strip()
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys, gaitopt, gaitopt.cli.app; from typer.testing import CliRunner; "
+        "r = CliRunner().invoke(gaitopt.cli.app.app, ['--help']); assert r.exit_code == 0; "
+        "assert 'Design the gait' in r.stdout; "
+        f"print([m for m in {_SLOW} | {{'pinocchio', 'numpy'}} if m in sys.modules])"
+    )
+    assert printed(code) == "[]"
+
+
 @pytest.mark.parametrize("page", [True, False])
 def test_a_walk_of_the_biped_is_designed_without_what_it_does_not_need(
     tmp_path: Path, page: bool
@@ -34,8 +50,7 @@ def test_a_walk_of_the_biped_is_designed_without_what_it_does_not_need(
         "except SystemExit as end: assert not end.code\n"
         f"print(sorted({_SLOW} & set(sys.modules)))"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[]"
+    assert printed(code) == "[]"
     assert (tmp_path / "walk" / "gait.npz").exists()
     assert (tmp_path / "walk" / "gait.html").exists() == page
 
@@ -48,8 +63,7 @@ def test_a_page_leaves_meshcat_to_others_as_it_is() -> None:
         "import meshcat\n"
         "print(meshcat.geometry.Box([1, 1, 1]).lengths, meshcat.Visualizer.__name__)"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[1, 1, 1] Visualizer"
+    assert printed(code) == "[1, 1, 1] Visualizer"
 
 
 def test_a_table_is_written_as_parquet_without_pandas(tmp_path: Path) -> None:
@@ -59,6 +73,5 @@ def test_a_table_is_written_as_parquet_without_pandas(tmp_path: Path) -> None:
         f"write_table([{{'speed': 1.0, 'status': 'certified'}}], Path({str(tmp_path)!r}))\n"
         "print('pandas' in sys.modules)"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "False"
+    assert printed(code) == "False"
     assert (tmp_path / "index.parquet").exists()

@@ -117,18 +117,6 @@ def test_defaults_are_those_of_the_method():
     assert shown["preset"].names == PRESETS
 
 
-def test_help_imports_nothing_heavy():
-    code = (
-        "import sys, gaitopt, gaitopt.cli.app; from typer.testing import CliRunner; "
-        "r = CliRunner().invoke(gaitopt.cli.app.app, ['--help']); assert r.exit_code == 0; "
-        "print([m for m in ('pinocchio', 'scipy', 'matplotlib', 'meshcat', 'numpy') "
-        "if m in sys.modules])"
-    )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout == "[]\n"
-    assert "Design the gait" in program("--help").stdout
-
-
 def test_reader_that_goes_away(tmp_path):
     head = subprocess.run(
         f"'{sys.executable}' -m gaitopt urdf | head -n 1; echo ${{PIPESTATUS[0]}}",
