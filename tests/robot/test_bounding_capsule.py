@@ -185,5 +185,13 @@ def test_corners_of_hulls_are_those_of_another_library(shape):
         np.testing.assert_array_equal(in_order(hull_corners(points)), in_order(expected))
 
 
+def test_coal_is_not_asked_of_points_that_are_small_where_they_are(monkeypatch):
+    """Rounding makes them flat, farther away; these are thick enough for any library."""
+    points = 1e-3 * np.random.default_rng(0).normal(size=(400, 3)) + (1e3, 0.0, 0.0)
+    expected = points[ConvexHull(points).vertices]
+    monkeypatch.delattr(coal, "BVHModelOBBRSS")
+    np.testing.assert_array_equal(in_order(hull_corners(points)), in_order(expected))
+
+
 def in_order(points):
     return points[np.lexsort(points.T)]

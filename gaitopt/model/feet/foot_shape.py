@@ -16,7 +16,8 @@ from gaitopt.nlp import Array
 _ON = 64  # corners of the polygon in a circle
 _AROUND = 24  # of the polygon around one: it is at most 1 % too wide
 _RINGS = 24  # of points on an ellipsoid
-_THIN, _FAR = 1e-4, 1e4  # of three sizes of a cloud: the least over the largest, the largest [m]
+_THIN = 1e-4  # thickness of a cloud over its size: thinner ones are not given to Coal
+_FAR = 1e4  # m: nor larger ones
 _HULL = 50  # more points than these are first thinned to the corners of their hull
 
 
@@ -58,10 +59,12 @@ def hull_corners(points: Array) -> Array:
     """Return those of some points (P, 3) that are corners of their convex hull; all if it is flat.
 
     Coal has the Qhull of SciPy, whose import takes longer than all else that is done with meshes.
-    Coal's ends the process where points are flat, so that only others are given to it.
+    Coal's ends the process where points are flat, and where they are as far from the origin as
+    rounds them to flat ones, so that only others are given to it.
     """
     size = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if _THIN * size[0] < size[2] and size[0] < _FAR:
+    largest = max(size[0], np.abs(points).max())
+    if _THIN * largest < size[2] and largest < _FAR:
         shape = coal.BVHModelOBBRSS()
         shape.beginModel(0, len(points))
         shape.addVertices(points)

@@ -222,7 +222,7 @@ def _has_area(box: Edges | _Box) -> bool:
 
 def _is_wider(width: float, length: float) -> bool:
     """Whether a rectangle is wider than long; that in a disk is as wide, but for rounding."""
-    return bool(width > length + _SHORTEST)
+    return bool(width > length * (1.0 + _SHORTEST))
 
 
 def _common(boxes: Array) -> _Box:
