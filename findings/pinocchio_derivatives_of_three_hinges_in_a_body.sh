@@ -11,7 +11,7 @@
 #           a trajectory optimiser on these derivatives walks along wrong gradients and stops anywhere. Give
 #           every hinge a body (or URDF link) of its own, or compare one row with a difference quotient.
 # Seen:     leg of 9 kg: d torque/d q off by 8.9 N·m/rad at rest and by 9.5 moving, of 24.6 at most; Jacobian's rate
-#           off by 1.7; hinges in bodies of their own: 1e-8 at most
+#           off by 1.6; hinges in bodies of their own: 1e-8 at most
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

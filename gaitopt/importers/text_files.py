@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.bounds import MEGABYTE, TABLE, TEXT, read_bounded
-from gaitopt.errors import InputError, RobotError, did_you_mean, reason_of
+from gaitopt.errors import InputError, RobotError, reason_of, there_are
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -101,8 +101,7 @@ def check_keys(
     names = [*known]
     for name in table:
         if name not in names:
-            hint = did_you_mean(name, names)
-            raise kind(f"{where}: unknown entry '{name}'; {hint}there are {', '.join(names)}")
+            raise kind(f"{where}: unknown entry '{name}'; {there_are(names, name)}")
 
 
 def _finite_or_inf(word: str) -> float:
