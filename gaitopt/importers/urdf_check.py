@@ -314,18 +314,19 @@ def urdf_findings(
 
 
 def _rotors(rotors: Iterable[Rotor]) -> list[Finding]:
-    groups: dict[tuple[float, float, bool], list[str]] = {}
+    groups: dict[Rotor, list[str]] = {}
     for rotor in rotors:
-        groups.setdefault((rotor.inertia, rotor.reduction, rotor.given), []).append(rotor.joint)
+        groups.setdefault(replace(rotor, joint=""), []).append(rotor.joint)
     findings = []
-    for (inertia, reduction, given), joints in groups.items():
-        armature = inertia * reduction**2
-        text = f"armature {armature:.4g} kg·m²: rotor inertia {inertia:.4g} kg·m² of the file"
-        if given:
-            text += f", times the reduction {reduction:g} squared" if reduction != 1.0 else ""
-        else:
+    for one, joints in groups.items():
+        own = one.unit if one.given and one.reduction == 1.0 else "kg·m²"
+        seen = f"armature {one.armature:.4g} {one.unit}"
+        text = f"{seen}: rotor inertia {one.inertia:.4g} {own} of the file"
+        if not one.given:
             text += "; it gives no reduction, which is taken as 1"
-        how: How = "found" if given else "warning"
+        elif one.reduction != 1.0:
+            text += f", times the reduction {one.reduction:g} squared"
+        how: How = "found" if one.given else "warning"
         findings.append(Finding("armature", listed(joints, _MOST_NAMES, ""), text, how))
     return findings
 

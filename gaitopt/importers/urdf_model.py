@@ -27,6 +27,7 @@ from gaitopt.importers.pinocchio_model import joint_model, sound_inertia
 from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link
 from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number
 from gaitopt.nlp import Array
+from gaitopt.units import motion_words
 
 WORLD, ROOT_JOINT = "universe", "root_joint"
 """Names of Pinocchio's own: the world, and the joint that carries the root link."""
@@ -134,18 +135,20 @@ class Rotor:
     Attributes:
         joint: name of the joint.
         inertia: of the rotor about its own axis [kg·m²].
-        reduction: turns of the rotor for one of the joint.
+        reduction: turns of the rotor for one of the joint; radians for a metre if that slides.
         given: whether the file has the reduction; else it is 1.
+        unit: of the inertia seen from the joint, kg·m², or kg if the joint slides.
     """
 
     joint: str
     inertia: float
     reduction: float
     given: bool
+    unit: str
 
     @property
     def armature(self) -> float:
-        """Inertia seen from the joint [kg·m²]."""
+        """Inertia seen from the joint [kg·m²; kg]."""
         return self.inertia * self.reduction**2
 
 
@@ -170,12 +173,12 @@ def read_rotors(
             text = f"its rotor inertia is not counted: {reason}"
             problems.append(entry.problem("rotor", text))
         else:
-            rotors.append(_rotor(entry, names[0]))
+            rotors.append(_rotor(entry, names[0], robot))
     for element in tree.root:
         if element.tag in ("joint", "gazebo") and _gives(element, (*_INERTIAS, *_ARMATURE)):
             name = element.get("name" if element.tag == "joint" else "reference", "")
             if not _unfit([name], 1, robot):
-                rotors.append(_rotor(NamedElement(tree, element), name))
+                rotors.append(_rotor(NamedElement(tree, element), name, robot))
     return tuple(rotors), tuple(problems)
 
 
@@ -206,20 +209,21 @@ def _unfit(names: list[str], actuators: int, robot: Description) -> str:
     return ""
 
 
-def _rotor(entry: NamedElement, joint: str) -> Rotor:
-    rotor = _rotor_as_written(entry, joint)
+def _rotor(entry: NamedElement, joint: str, robot: Description) -> Rotor:
+    unit = motion_words("kg·m²", slides=robot.joints[joint].kind == "prismatic")
+    rotor = _rotor_as_written(entry, joint, unit)
     if rotor.armature > ARMATURE:
         raise entry.refusal(
-            f"seen from its joint its rotor has {rotor.armature:g} kg·m² (inertia times the "
-            f"reduction squared); at most {ARMATURE:g} kg·m²; correct it"
+            f"seen from its joint its rotor has {rotor.armature:g} {unit} (inertia times the "
+            f"reduction squared); at most {ARMATURE:g} {unit}; correct it"
         )
     return rotor
 
 
-def _rotor_as_written(entry: NamedElement, joint: str) -> Rotor:
-    direct = _value(entry, _ARMATURE, "kg·m²") if entry.element.tag != "transmission" else None
+def _rotor_as_written(entry: NamedElement, joint: str, unit: str) -> Rotor:
+    direct = _value(entry, _ARMATURE, unit) if entry.element.tag != "transmission" else None
     if direct is not None and direct >= 0.0:
-        return Rotor(joint, direct, 1.0, True)
+        return Rotor(joint, direct, 1.0, True, unit)
     inertia = direct if direct is not None else _value(entry, _INERTIAS, "kg·m²")
     reduction = _value(entry, _REDUCTIONS, "1")
     if inertia is None or inertia < 0.0:
@@ -227,7 +231,7 @@ def _rotor_as_written(entry: NamedElement, joint: str) -> Rotor:
     if reduction == 0.0:
         raise entry.refusal("its reduction is 0; a rotor turns with its joint; correct it")
     given = reduction is not None
-    return Rotor(joint, inertia, 1.0 if reduction is None else reduction, given)
+    return Rotor(joint, inertia, 1.0 if reduction is None else reduction, given, unit)
 
 
 def _value(entry: NamedElement, names: tuple[str, ...], unit: str) -> float | None:

@@ -98,17 +98,20 @@ class LimitOverride:
         for name, value in self.numbers().items():
             where = f"limits of '{self.joints}': {name}"
             object.__setattr__(self, name, _number(value, where))
+        linear = {motion_words(unit, slides=True) for unit in LIMIT_UNITS.values()}
+        words = partial(motion_words, slides=not linear.isdisjoint(self.units))
         for name, never in (("lower", math.inf), ("upper", -math.inf)):
             if (value := getattr(self, name)) == never:
                 raise RobotError(
-                    f"limits of '{self.joints}': {name} is {value:g} rad, which no joint can keep; "
-                    f'give a finite angle [rad], or "none" ({-never:g} in Python) for no limit'
+                    f"limits of '{self.joints}': {name} is {value:g} {words('rad')}, which no "
+                    f'joint can keep; give a finite {words("angle [rad]")}, or "none" '
+                    f"({-never:g} in Python) for no limit"
                 )
         for name in ("torque", "speed"):
             if (value := getattr(self, name)) is not None and not value > 0.0:
                 raise RobotError(f"limits of '{self.joints}': {name} is {value:g}; it must be > 0")
         if self.armature is not None and not 0.0 <= self.armature <= ARMATURE:
-            unit = motion_words(LIMIT_UNITS["armature"], slides="kg" in self.units)
+            unit = words(LIMIT_UNITS["armature"])
             raise RobotError(
                 f"limits of '{self.joints}': armature is {self.armature:g} {unit}; it must be "
                 f"from 0 to {ARMATURE:g} {unit}"
@@ -116,7 +119,7 @@ class LimitOverride:
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise RobotError(
                 f"limits of '{self.joints}': the range is from {self.lower:g} to {self.upper:g} "
-                "rad; lower must be below upper"
+                f"{words('rad')}; lower must be below upper"
             )
 
     def numbers(self) -> dict[str, float]:

@@ -128,6 +128,15 @@ def test_a_toml_file_and_its_text_are_read(tmp_path):
             r"speed = 'fast' is wrong; give a number in rad/s",
         ),
         ("[[limits]]\njoints='a'\nlower=1\nupper=0.5", "from 1 to 0.5 rad; lower must be below"),
+        (
+            "[[limits]]\njoints='a'\nlower='20 cm'\nupper=0.1",
+            "from 0.2 to 0.1 m; lower must be below",
+        ),
+        (
+            "[[limits]]\njoints='a'\nlower='2 m'\narmature=2000",
+            "armature is 2000 kg; it must be from 0 to 1000 kg",
+        ),
+        ("[[limits]]\njoints='a'\nlower=inf\nupper='2 m'", r"is inf m, .* travel \[m\], or"),
         ("[[limits]]\njoints='a'\nlower=inf", "'a': lower is inf rad, .* finite angle .*-inf in"),
         ("[[limits]]\njoints='a'\nupper=-inf", "'a': upper is -inf rad, which no joint can keep"),
         (

@@ -1,5 +1,6 @@
 """Rotor inertia and reduction, as ROS, Drake and others write them."""
 
+import re
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -117,6 +118,31 @@ def test_a_reduction_alone_changes_nothing():
 def test_rotors_that_are_no_numbers_are_refused(inside, message):
     with pytest.raises(RobotError, match=rf"^line \d+: .*{message}"):
         read_source(knee(f"<transmission><joint name='left_knee'/>{inside}</transmission>"))
+
+
+@pytest.mark.parametrize(
+    ("rotor", "said"),
+    [
+        ("<armature>0.3</armature>", "armature 0.3 kg: rotor inertia 0.3 kg of the file"),
+        (
+            "<rotorInertia>3e-5</rotorInertia><gearRatio>100</gearRatio>",
+            "armature 0.3 kg: rotor inertia 3e-05 kg·m² of the file, times the reduction 100 squ",
+        ),
+        ("<armature>5000</armature>", "its rotor has 5000 kg .*; at most 1000 kg; correct it"),
+        ("<armature>much</armature>", r"it must be a finite number \[kg\]; correct it"),
+    ],
+)
+def test_armature_of_joints_that_slide_is_a_mass(rotor, said):
+    def edit(root):
+        joint(root, "left_knee").set("type", "prismatic")
+        root.append(ET.fromstring(f"<gazebo reference='left_knee'>{rotor}</gazebo>"))
+
+    text = edited_urdf(edit)
+    try:
+        (told,) = [f.text for f in read_source(text).findings() if f.topic == "armature"]
+    except RobotError as error:
+        told = str(error)
+    assert re.search(said, told), told
 
 
 @pytest.mark.parametrize(
