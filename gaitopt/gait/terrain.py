@@ -264,7 +264,10 @@ class Treads(Profile):
 
 
 def _is_finite(value: object) -> TypeGuard[float]:
-    return isinstance(value, Real) and math.isfinite(value)
+    try:
+        return isinstance(value, Real) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return False
 
 
 def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | None) -> None:

@@ -250,6 +250,7 @@ BROKEN = [
         "cost '1 torque . 10 calm' has no finite value at the first guess",
     ),
     (GROUND, "0.01", "float('nan')", "the lift of the terrain 'plains' is nan; give metres"),
+    (GROUND, "0.01", "10**400", "the lift of the terrain 'plains' is more than 1e15; give metres"),
     (GROUND, "return Plain()", "return 7", "is 7; give an instance of a Profile"),
     (GROUND, "return Plain()", "1 / 0", r"ZeroDivisionError in line \d+ of the plugin mine.py"),
     (GROUND, "0.3", "'far'", "has the length 'far'; give metres"),
