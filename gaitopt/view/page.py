@@ -122,9 +122,15 @@ def page_of(
     return Page(filled_template(page_file("page.html"), parts))
 
 
-def headline(gait: Gait | Transition) -> dict[str, str]:
-    """Return what a page says first of a gait: HTML by name of its place."""
-    rows = (f"<div><dt>{k}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait))
+def headline(gait: Gait | Transition, whose: str = "") -> dict[str, str]:
+    """Return what a page says first of a gait: HTML by name of its place.
+
+    Args:
+        gait: the gait.
+        whose: what its speed, step and cost are called in front, where the page has others too.
+    """
+    told = {name: f"{whose} {name}".strip() for name in ("speed", "step", "cost")}
+    rows = (f"<div><dt>{told.get(k, k)}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait))
     return {
         "title": html_text(_title(gait)),
         "verdict": html_text(gait.fact("certificate", "verdict") or "no certificate"),

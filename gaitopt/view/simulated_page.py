@@ -81,11 +81,11 @@ def simulated_page(
             "duration": replay.time[-1], "curves": replay_curves(gait, replay),
         })  # fmt: skip
     assert first is not None
-    said = headline(gait)
+    said = headline(gait, "designed")
     pushed = any(replay.pushes for replay in replays)
     words = {
         **said, **details(gait, first), **films[0]["words"],
-        "title": f"{said['title']}, simulated",
+        "title": f"{said['title']}, simulated", "span": "all of it",
         "right": "as simulated", "left": "as designed, pale in the picture",
         "tables": "".join(map(table_text, tables)),
     }  # fmt: skip

@@ -93,6 +93,9 @@ def test_curves_are_those_of_both_walks(text):
 
 
 def test_the_page_says_what_came_of_it_and_holds_the_tables(text):
+    facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", text))
+    assert {"designed speed", "designed step"} <= set(facts)  # what was walked is in the tables
+    assert not {"speed", "step", "cost"} & set(facts)
     assert 'id="verdict">as designed, elsewhere: walked &lt;all&gt; steps<' in text
     assert "<h2>Measured</h2>" in text
     assert "push, at the pelvis" in text
