@@ -8,8 +8,8 @@
 # Means:    humanoids with mirrored axes (+y on the left, -y on the right) have more energy in one leg
 #           than in the other, and a balance of power and energy fails by the rotors of the turned hinges alone.
 #           Take v' M v / 2 from crba.
-# Seen:     OP3's legs turned at 1 rad/s, of 0.0225 J for each rotor: left hip pitch and right knee 0 short, left
-#           knee and right hip pitch 0.0225 J short; 5 of its 12 leg joints lose none, 7 lose all
+# Seen:     OP3's legs turned at 1 rad/s, of 0.0225 J for each rotor: left hip pitch and knee 0 short, right hip
+#           pitch and knee 0.0225 J short; 5 of its 12 leg joints lose none, 7 lose all
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
