@@ -3,9 +3,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import ConvexHull, QhullError
 
-from gaitopt.model.feet.foot_shape import Points, hull_corners, points_of
+from gaitopt.model.feet.foot_shape import Points, points_of
 from gaitopt.model.leg_capsules import bounding_capsule, farthest_centre, smallest_circle
 
 fast = settings(deadline=None, derandomize=True, max_examples=100)
@@ -156,42 +155,3 @@ def test_flat_crowds_are_covered_too():
     plate = np.column_stack([np.random.default_rng(0).uniform(size=(200, 2)), np.zeros(200)])
     points = Points.together([Points(plate, np.zeros(200))])
     assert outside(bounding_capsule(points, NOWHERE, NOWHERE), points) < 1e-9
-
-
-@pytest.mark.parametrize("shape", ["cloud", "ball", "grid", "plate", "top", "line", "vast"])
-def test_corners_of_hulls_are_those_of_another_library(shape):
-    """Of 100 clouds each; the tip of a top has more edges than Coal counts."""
-    rng = np.random.default_rng(7)
-    angles = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
-    for _ in range(100):
-        points = rng.normal(size=(400, 3)) * 10.0 ** rng.uniform(-3.0, 0.0)
-        if shape == "ball":
-            points /= np.linalg.norm(points, axis=1, keepdims=True)
-        elif shape == "grid":
-            points = 0.01 * rng.integers(0, 6, size=(400, 3))
-        elif shape == "plate":  # down to one of no thickness, to Qhull
-            points *= (1.0, 1.0, 10.0 ** rng.uniform(-20.0, 0.0))
-        elif shape == "top":
-            points = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
-            points = np.vstack([points, (0.0, 0.0, rng.uniform(0.5, 2.0)), (0.0, 0.0, 0.1)])
-        elif shape == "line":
-            points = points[:, :1] * (1.0, 2.0, 3.0)
-        elif shape == "vast":
-            points *= 1e200
-        try:
-            expected = points[ConvexHull(points).vertices]
-        except QhullError:
-            expected = points
-        np.testing.assert_array_equal(in_order(hull_corners(points)), in_order(expected))
-
-
-def test_coal_is_not_asked_of_points_that_are_small_where_they_are(monkeypatch):
-    """Rounding makes them flat, farther away; these are thick enough for any library."""
-    points = 1e-3 * np.random.default_rng(0).normal(size=(400, 3)) + (1e3, 0.0, 0.0)
-    expected = points[ConvexHull(points).vertices]
-    monkeypatch.delattr(coal, "BVHModelOBBRSS")
-    np.testing.assert_array_equal(in_order(hull_corners(points)), in_order(expected))
-
-
-def in_order(points):
-    return points[np.lexsort(points.T)]

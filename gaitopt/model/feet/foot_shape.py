@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 
 import coal
@@ -16,8 +15,6 @@ from gaitopt.nlp import Array
 _ON = 64  # corners of the polygon in a circle
 _AROUND = 24  # of the polygon around one: it is at most 1 % too wide
 _RINGS = 24  # of points on an ellipsoid
-_THIN = 1e-4  # thickness of a cloud over its size: thinner ones are not given to Coal
-_FAR = 1e4  # m: nor larger ones
 _HULL = 50  # more points than these are first thinned to the corners of their hull
 
 
@@ -51,33 +48,14 @@ class Points:
         """Return those of several shapes, without points that are inside."""
         whole = cls.joined(parts)
         if len(whole.centres) > _HULL and not whole.radii.any():
-            return _balls(hull_corners(whole.centres))
+            from scipy.spatial import ConvexHull, QhullError  # slow to import, and seldom needed
+
+            try:
+                corners = ConvexHull(whole.centres).vertices
+            except QhullError:  # flat
+                return whole
+            return cls(whole.centres[corners], whole.radii[corners])
         return whole
-
-
-def hull_corners(points: Array) -> Array:
-    """Return those of some points (P, 3) that are corners of their convex hull; all if it is flat.
-
-    Coal has the Qhull of SciPy, whose import takes longer than all else that is done with meshes.
-    Coal's ends the process where points are flat, and where they are as far from the origin as
-    rounds them to flat ones, so that only others are given to it.
-    """
-    size = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    largest = max(size[0], np.abs(points).max())
-    if _THIN * largest < size[2] and largest < _FAR:
-        shape = coal.BVHModelOBBRSS()
-        shape.beginModel(0, len(points))
-        shape.addVertices(points)
-        shape.endModel()
-        with suppress(RuntimeError):  # more edges in one corner than it can count
-            shape.buildConvexHull(False, "Qt")
-            return np.array([shape.convex.point(k) for k in range(shape.convex.num_points)])
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        return np.asarray(points[ConvexHull(points).vertices])
-    except QhullError:
-        return points
 
 
 @dataclass(frozen=True)
