@@ -20,7 +20,7 @@ from gaitopt.actuators.linkages import (
     linkages_from_rows,
     motor_angles,
 )
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, there_are
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.functions import QuantityFunction
@@ -119,7 +119,7 @@ def joints_of_linkages(
             if name not in names:
                 raise InputError(
                     f"a linkage turns '{name}', but no joint that moves by itself is called so; "
-                    f"there are {', '.join(names)}"
+                    f"{there_are(names, name)}"
                 )
         own = [names.index(name) for name in linkage.joints]
         where = _in_a_row(body, linkage)

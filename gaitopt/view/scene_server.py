@@ -20,7 +20,7 @@ from tornado.web import Application, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.bounds import shown
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, reason_of
 from gaitopt.view.viewer import packed_commands, packed_viewer, page_file, umsgpack, viewer_root
 
 LOCAL = "127.0.0.1"
@@ -198,9 +198,9 @@ def _bound(host: str, port: int) -> socket.socket:
     try:
         bound = socket.create_server((host, port), family=family)
     except (OSError, UnicodeError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).partition("(while")[0].strip()
+        reason = reason_of(error).partition("(while")[0].strip()
         raise InputError(
-            f"the viewer cannot listen at {host}, port {port}: {reason.lower()}; give another "
+            f"the viewer cannot listen at {host}, port {port}: {reason}; give another "
             "--port, 0 for any, or an address of this machine by --host"
         ) from error
     bound.setblocking(False)
