@@ -10,7 +10,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, field, fields
 from functools import cached_property, lru_cache, wraps
 from numbers import Integral, Real
 from pathlib import Path
@@ -18,6 +18,7 @@ from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from gaitopt.bounds import shown
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, OptionError, did_you_mean
 from gaitopt.units import read_motion, read_quantity
 

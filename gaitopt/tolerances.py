@@ -7,7 +7,7 @@ their limits (torques, rates) or by a typical size (gaitopt/gait/rows.py).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from gaitopt.dataclass import dataclass
 
 OPTIMALITY = 1e-6
 FEASIBILITY = 1e-8

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.model.linkage import MOST_JOINTS, Closure, Linkage, Rod, motor_series

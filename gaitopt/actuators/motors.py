@@ -8,7 +8,7 @@ says, and its friction takes a constant torque at the joint.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, asdict, dataclass, field, fields, replace
+from dataclasses import MISSING, asdict, field, fields, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.bounds import NUMBER
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError, there_are
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.model.import_options import LimitOverride, matching

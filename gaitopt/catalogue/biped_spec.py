@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
+from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import partial
 from numbers import Real
 from typing import Any, TypeVar
@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gaitopt.bounds import shown
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError
 from gaitopt.settings import checked
 from gaitopt.units import in_si

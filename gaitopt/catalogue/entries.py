@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, MissingExtraError, did_you_mean, there_are
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.model.import_options import ImportOptions, LimitOverride, choices_from_record

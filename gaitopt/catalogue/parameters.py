@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import TABLE
 from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of, biped13
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError, did_you_mean
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.units import read_quantity

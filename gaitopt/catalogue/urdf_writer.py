@@ -9,7 +9,6 @@ plays no part in what a biped looks like.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 from gaitopt.catalogue.biped_spec import (
@@ -20,6 +19,7 @@ from gaitopt.catalogue.biped_spec import (
     Vector3,
     mirrored_inertia,
 )
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.physics import GENERATED
 
 SIDES = {"left": 1.0, "right": -1.0}

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from gaitopt.dataclass import dataclass
 from gaitopt.settings import entry
 
 ASKED, METHOD, RESULTS = "What is asked", "Method", "Results"

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.cli import command_options
+from gaitopt.dataclass import dataclass
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraints import Margins

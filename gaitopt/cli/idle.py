@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 from gaitopt.cli.config import SCHEMA, Settings, option_words
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import IdleOptionError
 from gaitopt.gait.costs import PeakTorque, TorqueRate, WeightedSum
 from gaitopt.gait.plugin import costs_of

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from gaitopt.cli.display import ABSENT, new_table, screen
 from gaitopt.cli.process import ExitCode, refuse_options
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.cli.results import require_files
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.escape import printable
 from gaitopt.gait.gait_file import save_gait

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -29,6 +29,7 @@ from gaitopt.cli.config import (
     with_plugin,
 )
 from gaitopt.cli.idle import refuse_idle, refuse_overruled
+from gaitopt.dataclass import dataclass
 from gaitopt.design.known_walk import parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError

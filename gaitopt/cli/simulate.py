@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 import numpy as np
 import typer
@@ -18,6 +18,7 @@ from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import SUMMARY, require_writable
 from gaitopt.cli.simulated import FRAMES, replays, require_views, write_views
+from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import summarise
 from gaitopt.design.walkability import WeakPoint, weak_points
 from gaitopt.errors import InputError

@@ -9,7 +9,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from hashlib import sha256
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
+from gaitopt.dataclass import dataclass
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.pipeline import begins_relaxed
 from gaitopt.design.suggestions import Suggestion

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from itertools import pairwise
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.contact.mode import ContactMode, FlatFoot
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 

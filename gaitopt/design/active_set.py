@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.extremes import Extreme, located
 from gaitopt.gait.constraint import ConstraintBlock
 from gaitopt.gait.problem import WalkProblem

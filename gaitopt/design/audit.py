@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.known_walk import with_instants_of
 from gaitopt.errors import EvaluationError, GaitFileError, InputError

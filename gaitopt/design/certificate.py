@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from itertools import pairwise
 
 import numpy as np
 
 from gaitopt.contact.schedule import AFTER
+from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
 from gaitopt.design.extremes import Extreme, located
 from gaitopt.design.referee import RefereeVerdict, ask_referee, both

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,7 @@ from scipy.optimize import lsq_linear
 from gaitopt.actuators.motors import MOTORS, Drive, MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed
+from gaitopt.dataclass import dataclass
 from gaitopt.design.audit import problem_of
 from gaitopt.design.options import COUNT, DesignOptions
 from gaitopt.design.pipeline import complete

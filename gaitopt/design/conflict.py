@@ -7,10 +7,11 @@ it loosens, and what pushes against it, is the conflict.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
 from gaitopt.design.relaxation import EarlyStopping, Relaxation, RelaxedProgram
 from gaitopt.errors import StoppedError, UnreachableError

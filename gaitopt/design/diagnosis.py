@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
 from gaitopt.design.certificate import WorstRow, worst_rows
 from gaitopt.design.conflict import (

@@ -11,7 +11,6 @@ of the polynomials are then found by Newton's method. Nothing here depends on th
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
 
@@ -20,6 +19,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import AFTER
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.grid import NODES, Grid, chebyshev_points
 from gaitopt.gait.problem import WalkProblem

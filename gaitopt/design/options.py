@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from gaitopt.bounds import shown
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.settings import check_choices, checked, entry
 from gaitopt.solvers import Solver, solver_by_name

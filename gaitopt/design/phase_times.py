@@ -8,9 +8,10 @@ at the samples, by moves that get shorter, each walk from the optimum beside it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.design import checked_start
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, is_walk, landed_softly

@@ -7,11 +7,12 @@ walk a `Design`.
 from __future__ import annotations
 
 import platform
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import violated_rows
 from gaitopt.design.both_feet import carried_over, gentle, impact_possible
 from gaitopt.design.certificate import Certificate, certify, on_fine_grid

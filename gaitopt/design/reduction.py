@@ -15,11 +15,12 @@ starts near a solution; whether it has found one is left to others to judge.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import (
     DIGITS,
     SAME_PEAK,

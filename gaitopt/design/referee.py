@@ -7,11 +7,12 @@ neither was built from.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
 from gaitopt.contact.schedule import Schedule, Symmetry
+from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Step

@@ -18,11 +18,12 @@ from __future__ import annotations
 
 import glob
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.constraint import ConstraintBlock, declared_margins
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.parameters import FOOT_SPACING, set_geometry

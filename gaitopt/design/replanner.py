@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, complete, derived, is_walk
 from gaitopt.errors import EvaluationError, InputError, UnreachableError

@@ -8,12 +8,13 @@ whole stride, two steps.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from operator import attrgetter
 
 import numpy as np
 
 from gaitopt.actuators.motors import Drive, MotorTable
+from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import linkage_motors, named_groups, trapezoid
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait

@@ -8,11 +8,12 @@ on it moves along. Axes are those of the pelvis with all joints at zero.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import brace, shared_name
 from gaitopt.gait.model_gradient import OF_ROBOT
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics

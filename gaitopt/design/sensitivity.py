@@ -9,13 +9,14 @@ hold as long as the same limits stay active; `doubts` says where that may soon e
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from gaitopt.actuators.motors import JointMotor, joint_motors
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import ACTIVE_MULTIPLIER
 from gaitopt.design.robot_changes import LENGTH, Anatomy, RobotChange
 from gaitopt.design.shadow_prices import SETTING, kinks, pressed_rows, pressing, shadow_prices

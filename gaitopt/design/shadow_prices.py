@@ -10,10 +10,11 @@ below its value, as a lift-off speed of zero does, the price is that of limits t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import ACTIVE_MULTIPLIER
 from gaitopt.design.relaxation import LimitAdjustment, limit_adjustments, step_width_adjustment
 from gaitopt.gait.constraint import ConstraintBlock

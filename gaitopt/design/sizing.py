@@ -9,12 +9,13 @@ what they ask; motors are chosen again for them, until the choice stays.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from gaitopt.actuators.motors import Drive, Motor, MotorTable, catalogue_of
+from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.requirements import MotorLoop, motor_loops, motor_use
 from gaitopt.design.starts import many_starts

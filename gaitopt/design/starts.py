@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
+from gaitopt.dataclass import dataclass
 from gaitopt.design.design import Design, checked_start, design, finished, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.design.phase_times import SLOWER, best_times, searched_times

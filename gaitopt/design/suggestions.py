@@ -8,12 +8,13 @@ a proven walk when it was followed, as a person would follow it, is suggested.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import combinations
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
 from gaitopt.design.conflict import (
     RELAXATION_SOLVER,

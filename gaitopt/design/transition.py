@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from gaitopt.bounds import shown
+from gaitopt.dataclass import dataclass
 from gaitopt.design.audit import (
     ROBOT_FACTS,
     Audit,

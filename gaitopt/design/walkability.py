@@ -6,11 +6,10 @@ Bounds are those beyond which the whole-body controller was seen to fail or to p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory, TrajectorySamples
 from gaitopt.model.sole import turning_arm

@@ -12,7 +12,7 @@ import sys
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
+from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from traceback import extract_tb
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from gaitopt.bounds import NUMBER, shown
 from gaitopt.contact.schedule import Schedule
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.gait.grid import Grid

@@ -8,7 +8,7 @@ not stand here: see docs/extending.md.
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.contact.mode import ContactMode, FlatFoot
 from gaitopt.contact.schedule import AFTER
+from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     FREE,

@@ -18,13 +18,14 @@ spline of its own (`gait/foot_turn.py`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import shared_knots
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (

@@ -15,13 +15,13 @@ coordinates.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.contact.mode import Hinge
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.parameters import (
     FOOT_SPACING,

@@ -11,12 +11,13 @@ flat without a second impact. With one, the rate at the end is a parameter too, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from gaitopt.contact.schedule import Schedule
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.spline import SplineBasis, spline_basis
 from gaitopt.nlp import Array
 

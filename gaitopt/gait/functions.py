@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.bounds import shown
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.model.coupling import Coupling
 from gaitopt.nlp import Array

@@ -8,7 +8,7 @@ import json
 import math
 import zipfile
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, NUMBER, too_large
 from gaitopt.contact.mode import FlatFoot
 from gaitopt.contact.schedule import LegExchange, PhaseEnd
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples

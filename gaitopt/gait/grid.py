@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.bounds import SAMPLES, at_most, shown
 from gaitopt.contact.schedule import AFTER
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 

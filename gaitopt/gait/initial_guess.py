@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.contact.mode import Hinge
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_step import DoubleStepModel

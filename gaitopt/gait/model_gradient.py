@@ -6,12 +6,13 @@ double support to the masses, places and rotors that they come from.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from gaitopt.contact.mode import Hinge
+from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture, PostureDerivatives
 from gaitopt.gait.quantities import Quantity

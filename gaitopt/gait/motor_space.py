@@ -6,7 +6,6 @@ power is their product: that of each motor, which may drive while the other brak
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -20,6 +19,7 @@ from gaitopt.actuators.linkages import (
     linkages_from_rows,
     motor_angles,
 )
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, there_are
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, ConstraintContext

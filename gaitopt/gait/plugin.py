@@ -12,7 +12,7 @@ from __future__ import annotations
 import copyreg
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from hashlib import sha256
 from importlib.util import module_from_spec, spec_from_file_location
@@ -21,6 +21,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded, shown
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, reason_of
 from gaitopt.gait.constraint import Constraint
 from gaitopt.gait.constraints import MotorEnvelope

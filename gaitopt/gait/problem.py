@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 from typing import TypeVar
@@ -12,6 +11,7 @@ import numpy as np
 
 from gaitopt.bounds import shown
 from gaitopt.contact.schedule import Schedule
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, failure

@@ -6,11 +6,11 @@ entry: `step.read(quantities.TORQUE)` has shape (instants, joints).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from gaitopt.actuators.linkages import linkages_from_rows
 from gaitopt.bounds import NUMBER
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, GaitoptError, RobotError
 from gaitopt.escape import printable
 from gaitopt.gait.motor_space import DrivenJoints, MotorSpace, joints_of_linkages

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sized
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cached_property
 from importlib import import_module
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import INSTANTS, NUMBER, at_most
 from gaitopt.contact.mode import FlatFoot
 from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
 from gaitopt.gait.recorded import Recorded, drawn_robot

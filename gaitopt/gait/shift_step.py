@@ -13,13 +13,14 @@ is let go, at rest on the ground.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import AFTER, Schedule
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, FORCE_SCALE, KNOT_SCALE, MOMENT_SCALE, Chart, Layout

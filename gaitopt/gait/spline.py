@@ -6,13 +6,14 @@ end), so a whole motion is one matrix product, and so is its derivative with res
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import Array
 
 _VALUE_POWERS = np.array([0.0, -1.0, -2.0])  # of T, for q, dq, ddq per unit of a knot value

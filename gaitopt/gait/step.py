@@ -7,7 +7,7 @@ that not every walk needs are computed only if a constraint reads them.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, lru_cache
 from typing import Protocol
 
@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture, PostureDerivatives

@@ -8,11 +8,12 @@ coefficients, which the weights reach through the impact and through the inverse
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Period, Step, StepDerivatives

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import Schedule
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (

@@ -11,13 +11,14 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintBlock
 from gaitopt.gait.functions import ByStep

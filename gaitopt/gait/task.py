@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, field, fields, replace
 from functools import cached_property, partial
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
 from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraint import (
     USABLE,

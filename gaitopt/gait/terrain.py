@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from numbers import Real
 from typing import ClassVar, TypeGuard
 
 import numpy as np
 
 from gaitopt.bounds import shown
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.model.sole import LEVEL, Sole

@@ -10,7 +10,6 @@ own axes, linear before angular, as in Pinocchio's free-flyer. Wrenches are in t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +17,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from gaitopt.bounds import TIMES, at_most
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.spline import bernstein, spline_basis
 from gaitopt.mechanics.single_support import passive_torque

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
 from gaitopt.gait.recorded import Recorded

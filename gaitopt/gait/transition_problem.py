@@ -12,12 +12,13 @@ so that nothing else would end in the same walk.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.constraints import (

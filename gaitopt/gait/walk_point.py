@@ -8,12 +8,12 @@ a small one in these times the derivatives of the angles, and is formed for the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import Array, Indices, Point, Values
 
 

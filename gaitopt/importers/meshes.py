@@ -12,7 +12,6 @@ import struct
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
@@ -24,6 +23,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.bounds import MESH, too_large
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import reason_of
 from gaitopt.nlp import Array
 

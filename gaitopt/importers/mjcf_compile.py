@@ -11,7 +11,6 @@ import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from types import ModuleType
 from typing import Any, cast
@@ -19,6 +18,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, MissingExtraError, RobotError
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.mjcf_robot import CompiledMesh, pose, se3, vector

@@ -7,11 +7,12 @@ here it always floats, for it is going to walk.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.mjcf_compile import Compilation, element_named, refusal_of
 from gaitopt.importers.mjcf_joints import (

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.mjcf_compile import Compilation
 from gaitopt.importers.mjcf_robot import NO_TURN, Pose, pose
 from gaitopt.nlp import Array

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from numpy.polynomial import Polynomial
 
 from gaitopt.bounds import ARMATURE
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.ties import Tie
 from gaitopt.units import motion_words
 

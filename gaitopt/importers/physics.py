@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
+
+from gaitopt.dataclass import dataclass
 
 STANDARD_GRAVITY = 9.81
 """Acceleration of free fall where a description gives none [m/s²]."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Literal, get_args
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError, RobotFaultsError
 
 _MOST_FAULTS_LISTED = 24  # faults: more are counted

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 from numpy.polynomial import Polynomial
+
+from gaitopt.dataclass import dataclass
 
 How = Literal["leads", "follows"]
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass
 from typing import Literal
 from xml.etree.ElementTree import Element
 
@@ -17,6 +16,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
 from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadable

@@ -14,13 +14,13 @@ numbers under names of its own; some have the armature itself.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.bounds import ARMATURE
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
 from gaitopt.importers.pinocchio_model import joint_model, sound_inertia

@@ -8,12 +8,12 @@ arm that hangs at its side may overlap a little: by no more than there, as if th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.capsule_distance import CapsuleGaps, Pair, nearest
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements
 from gaitopt.mechanics.inverse_kinematics import LegKinematics

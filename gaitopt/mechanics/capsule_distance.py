@@ -12,12 +12,12 @@ where a nearest point reaches an end.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.forward_kinematics import (
     Placements,
     PostureQuantity,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, RobotError
 from gaitopt.mechanics.mdh_chain import (
     SOLE_AXES,

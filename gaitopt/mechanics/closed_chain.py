@@ -17,13 +17,13 @@ as they are told, after the stance leg's in u and after the legs' in q.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix

@@ -14,11 +14,10 @@ the jump, less what F does (docs/derivations.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.inverse_dynamics_hessian import (
     InverseDynamicsHessian,

@@ -16,12 +16,11 @@ inverse dynamics (docs/derivations.md, 5.6).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.contact.mode import Hinge
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics, inverse_dynamics_hessian

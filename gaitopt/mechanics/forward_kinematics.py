@@ -8,11 +8,11 @@ asks for them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.spatial import pseudo_inertia, skew, symmetric, world_inertias
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.reroot import joint_axes

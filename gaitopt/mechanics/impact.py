@@ -19,13 +19,12 @@ positive (-I13 of the paper). First derivatives: Eqs. (58)-(62); second ones: do
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 from eigenpy import PartialPivLU
 
 from gaitopt.contact.mode import Hinge
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.inverse_dynamics_hessian import (
     InverseDynamicsHessian,
     WeightedDynamics,

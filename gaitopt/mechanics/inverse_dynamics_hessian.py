@@ -16,10 +16,11 @@ move no body in common: their mixed derivatives vanish (derivation: docs/derivat
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.spatial import (
     cross_force_matrix,
     cross_motion,

@@ -16,11 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 

@@ -18,11 +18,10 @@ where W, V, A are those of the body that the joint sits on (docs/derivations.md)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements, pseudo_inertias
 from gaitopt.mechanics.impact import BASE, WeightedImpact
 from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics

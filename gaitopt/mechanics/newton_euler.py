@@ -13,11 +13,12 @@ paper's, at the origin of its link frame; `impulse_on_foot` takes an impulse to 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.mechanics.mdh_chain import (
     Chain,

@@ -11,11 +11,10 @@ faster than a Data per instant, whose 0.4 MB each leave the processor's caches (
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.forward_kinematics import (
     BodyInertias,
     ForwardKinematics,

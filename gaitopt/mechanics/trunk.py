@@ -17,10 +17,9 @@ velocity w of the pelvis
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.forward_kinematics import (
     Placements,
     PostureQuantity,

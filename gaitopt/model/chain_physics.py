@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.model.import_options import GRAVITY_WORDS, LEAST_GRAVITY, MOST_GRAVITY

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sized
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
 from gaitopt.bounds import ARMATURE
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import LOOPS, TIES, LoopFrames, Physics, is_generated
 from gaitopt.importers.report import Finding, How, fault_error, faults_of

@@ -8,13 +8,14 @@ capsule between its joints. They are found once per robot.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source
 from gaitopt.model.feet.foot_shape import Points, placed_shapes

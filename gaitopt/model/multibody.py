@@ -7,7 +7,7 @@ they stand.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.bounds import NUMBER
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import joint_coordinate, reduced
 from gaitopt.importers.ties import DEGREE, LARGEST, LEAST

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.settings import checked

@@ -6,11 +6,11 @@ import csv
 import io
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.spline import bernstein
 from gaitopt.gait.transition import Transition

@@ -8,13 +8,14 @@ robot's file.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitopt.bounds import INSTANTS_OF_MOTION, RATE, STRIDES, at_most
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples

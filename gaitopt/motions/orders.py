@@ -9,11 +9,11 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, RobotError
 from gaitopt.importers.report import listed
 from gaitopt.importers.xml_document import as_numbers, parse_xml

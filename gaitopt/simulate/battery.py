@@ -7,10 +7,11 @@ robot walks on as designed or stumbles on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.walkability import (
     FRICTION,
     IMPULSE,

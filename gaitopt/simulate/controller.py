@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.trajectory import Trajectory, TrajectorySamples
 from gaitopt.nlp import Array
 from gaitopt.simulate.mujoco_model import SimulatedRobot

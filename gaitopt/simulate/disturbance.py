@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array

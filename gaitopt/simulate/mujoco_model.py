@@ -7,7 +7,6 @@ is the plane z = 0, gravity is that of the gait.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import mujoco
@@ -16,6 +15,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.bounds import at_most
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.model.multibody import BASE, Multibody

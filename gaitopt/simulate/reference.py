@@ -6,11 +6,12 @@ of its step, they do so here at the begin of the next, on the foot that has land
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase
 from gaitopt.nlp import Array
 from gaitopt.simulate.controller import both_feet, step_samples

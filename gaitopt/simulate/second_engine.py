@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import MIRRORED_WRENCH, Trajectory
 from gaitopt.mechanics.single_support import passive_torque

@@ -17,12 +17,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from scipy.linalg import expm
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.quantities import CORNER_NAMES
 from gaitopt.gait.result import Gait

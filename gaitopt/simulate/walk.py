@@ -6,7 +6,6 @@ import math
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
@@ -15,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.integrate import trapezoid
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait

@@ -11,10 +11,11 @@ Algorithm 4.1; A. Conn, N. Gould, Ph. Toint, "Trust-Region Methods", 2000).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import NLP, Values, worst_violation
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.solvers.solver import Iterate

@@ -15,10 +15,9 @@ This keeps the quadratic convergence of Newton's method, which |H| of the whole 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array
 from gaitopt.solvers.adapters import Evaluator

@@ -7,11 +7,11 @@ for large-scale nonlinear programming", Mathematical Programming 106 (2006).
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import MissingExtraError
 from gaitopt.nlp import Array, Indices, Point, Solution, Start, Status
 from gaitopt.settings import checked

@@ -14,12 +14,12 @@ strict local minimum (Theorem 12.6), and not only a point where the first-order 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Array, Point, Solution, Start, Status
 from gaitopt.settings import checked

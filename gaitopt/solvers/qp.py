@@ -10,11 +10,11 @@ answer is judged by its own optimality conditions before it is believed.
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import Array
 
 BACKENDS = ("daqp", "quadprog", "proxqp")

@@ -8,11 +8,11 @@ one to compare with. It returns no multipliers; they are those of `multipliers`.
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import Array, Point, Solution, Start, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram

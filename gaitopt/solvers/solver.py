@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.nlp import (
     NLP,

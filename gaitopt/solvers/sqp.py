@@ -10,12 +10,13 @@ Mathematical Programming 91 (2002); Conn, Gould & Toint, "Trust-Region Methods" 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Array, Point, Solution, Start, Status
 from gaitopt.settings import checked, entry

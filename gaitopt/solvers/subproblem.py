@@ -12,11 +12,12 @@ and then violated is added and the program solved again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import NLP, Array, Indices, Slopes
 from gaitopt.solvers.hessian import ConvexModel, convexify, unchanged
 from gaitopt.solvers.qp import QuadraticProgram, solve_qp

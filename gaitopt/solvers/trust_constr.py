@@ -14,11 +14,11 @@ left out are judged afterwards; if they do not hold, the interior point method g
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import (
     NLP,
     Array,

@@ -8,9 +8,10 @@ Newton's, or SciPy's interior point method where it is asked for or Newton's doe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import ClassVar
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import (
     NLP,
     Progress,

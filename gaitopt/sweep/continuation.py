@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import DIGITS, SAME_PEAK, ActiveRow, active_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions

@@ -11,10 +11,11 @@ import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import active_rows
 from gaitopt.design.design import Design, design
 from gaitopt.design.diagnosis import Diagnosis

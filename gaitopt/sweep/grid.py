@@ -7,13 +7,14 @@ import math
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sized
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import cached_property
 from itertools import islice, pairwise
 
 from gaitopt.actuators.motors import MOTORS, motor_quantities
 from gaitopt.bounds import POINTS, at_most
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, SpecError, did_you_mean
 from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import Margins

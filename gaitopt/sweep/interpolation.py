@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions

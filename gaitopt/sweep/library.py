@@ -11,12 +11,13 @@ import math
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from gaitopt.atomic import is_leftover, make_directory, write_atomically
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, GaitoptError, InputError, reason_of
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import load_gait

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 from gaitopt.actuators.motors import MOTORS, MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.dataclass import dataclass
 from gaitopt.design.sizing import with_motors
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task, task_from_record, task_record

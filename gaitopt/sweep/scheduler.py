@@ -16,7 +16,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import NoneType
@@ -25,6 +25,7 @@ from typing import Protocol
 from gaitopt.actuators.motors import MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
+from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import SAME_COST
 from gaitopt.errors import GaitoptError, InputError

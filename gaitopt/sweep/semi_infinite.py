@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import (
     ActiveRow,
     active_rows,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts

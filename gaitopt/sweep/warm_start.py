@@ -11,11 +11,12 @@ that it must have stayed on the branch.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import ActiveRow
 from gaitopt.design.starts import SAME_COST
 from gaitopt.nlp import Array

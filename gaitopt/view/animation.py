@@ -8,7 +8,6 @@ of the scene only, so that to follow the robot the world is moved the other way.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
 from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import Ground, ground_of
 from gaitopt.gait.result import Gait

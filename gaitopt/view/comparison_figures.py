@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.nlp import Array, Solution

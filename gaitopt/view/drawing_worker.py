@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.process import serve_parent, without_ctrl_c, worker_context
 from gaitopt.gait.result import Gait
 

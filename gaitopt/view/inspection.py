@@ -6,12 +6,12 @@ What is known about a robot as tables of texts, for a terminal and for a page.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import brace
 from gaitopt.errors import RobotError
 from gaitopt.gait.presets import stroll

@@ -15,13 +15,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from tornado.httpserver import HTTPServer
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError
 from gaitopt.view.scene_server import LOCAL, listening_socket
 from gaitopt.view.viewer import data_text

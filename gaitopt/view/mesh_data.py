@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,6 +15,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.meshes import opacity, unseen, up_axis
 from gaitopt.nlp import Array
 

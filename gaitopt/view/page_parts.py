@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import html
-from dataclasses import dataclass
 
+from gaitopt.dataclass import dataclass
 from gaitopt.escape import html_text
 
 _HEIGHT = 640  # pixels of a frame

@@ -7,11 +7,10 @@ made again, shared only across edges that are not sharp.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.nlp import Array
 
 Rows = NDArray[np.intp]

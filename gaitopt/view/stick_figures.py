@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.gait.recorded import Recorded, recorded_choices
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source

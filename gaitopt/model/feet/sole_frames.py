@@ -7,11 +7,11 @@ reference posture, so that one rectangle serves both.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshProblem
 from gaitopt.importers.report import Finding, How

@@ -7,12 +7,13 @@ kept by either side. Where they differ by more, someone has to say which is righ
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.report import Finding, How
 from gaitopt.model.import_options import LIMIT_UNITS
 from gaitopt.nlp import Array

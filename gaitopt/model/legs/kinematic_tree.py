@@ -7,12 +7,12 @@ nothing found about a robot depends on it (`points_on_lines`).
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 

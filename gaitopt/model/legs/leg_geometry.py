@@ -7,11 +7,11 @@ is at one of the two. Rows of a leg go from hip to ankle.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import Finding
 from gaitopt.model.legs.joint_limits import JointLimits

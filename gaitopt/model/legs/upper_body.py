@@ -7,11 +7,11 @@ line and moves the mirror image of what it moves. A joint in the middle is its o
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.ties import Tie, tied_to
 from gaitopt.model.import_options import matching

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.model.symmetry.leg_exchange import REFLECTION, mirror_placement
 from gaitopt.nlp import Array
