@@ -26,8 +26,8 @@ from scipy.optimize import minimize
 from gaitopt import DesignOptions, Robot, Task, biped13, urdf_text
 from gaitopt.catalogue.parameters import changed
 from gaitopt.design.codesign import (
+    DesignPoint,
     Study,
-    Trial,
     Variable,
     WalkCase,
     WarmWalks,
@@ -70,7 +70,9 @@ def study(start: tuple[float, ...], speeds: Sequence[float]) -> Study:
 class Counted:
     """The cost of a design, as a function of shares of the ranges; counts what it takes."""
 
-    def __init__(self, walks: WarmWalks, near: Trial, target: float, most: float = np.inf) -> None:
+    def __init__(
+        self, walks: WarmWalks, near: DesignPoint, target: float, most: float = np.inf
+    ) -> None:
         self.walks, self.near, self.target, self.most = walks, near, target, most
         ends = np.array([[v.lower, v.upper] for v in walks.study.variables])
         self.lower, self.width = ends[:, 0], ends[:, 1] - ends[:, 0]
@@ -82,7 +84,7 @@ class Counted:
     def evaluations(self) -> int:
         return self.walks.evaluations - self.before[1]
 
-    def trial(self, share: Array, near: Trial | None) -> Trial | None:
+    def trial(self, share: Array, near: DesignPoint | None) -> DesignPoint | None:
         found = self.walks.trial(self.lower + share * self.width, near or self.near)
         self.designs += 1
         if found is not None and found.cost < self.best.cost:
@@ -111,7 +113,7 @@ def searched(counted: Counted, search: Callable[[Counted], object]) -> dict[str,
     return counted.record()
 
 
-def followed(walks: WarmWalks, best: Trial, share: Array, ends: Array) -> Trial:
+def followed(walks: WarmWalks, best: DesignPoint, share: Array, ends: Array) -> DesignPoint:
     """Follow the walks of a design to another one."""
     lower, width = ends[:, 0], ends[:, 1] - ends[:, 0]
     near, begin = best, (best.values - lower) / width
@@ -150,7 +152,7 @@ def compared(quick: bool, cma: bool) -> dict[str, Any]:
     shares = [(np.array(at) - ends[:, 0]) / (ends[:, 1] - ends[:, 0]) for at in STARTS]
     walks = WarmWalks(asked, list(first_walks(asked, DesignOptions())), DesignOptions())
 
-    def evaluate(share: Array, near: Trial | None) -> Trial | None:
+    def evaluate(share: Array, near: DesignPoint | None) -> DesignPoint | None:
         return walks.trial(ends[:, 0] + share * (ends[:, 1] - ends[:, 0]), near)
 
     best = minimised(evaluate, shares[2], ends[:, 1] - ends[:, 0])

@@ -14,7 +14,7 @@ from gaitopt import biped13
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
-from gaitopt.sweep.grid import Grid, parse_axis, with_values
+from gaitopt.sweep.grid import TaskGrid, parse_axis, with_values
 from gaitopt.sweep.scheduler import Scenarios, sweep
 
 GRIDS = (
@@ -33,7 +33,7 @@ def grid(quantities: dict[str, str]) -> dict[str, Any]:
     """Sweep a grid, and design each of its points by itself."""
     spec, robot, task = biped13(), robot_of(), reference_task()
     axes = [parse_axis(name, text) for name, text in quantities.items()]
-    points = Grid(tuple(axes))
+    points = TaskGrid(tuple(axes))
     started = time.process_time()
     with small_matrices(), tempfile.TemporaryDirectory() as folder:
         library = sweep(robot, task, axes, Path(folder) / "library", OPTIONS, spec=spec)

@@ -57,7 +57,7 @@ _TURNS: dict[str, Vector3] = {
 
 
 @dataclass(frozen=True)
-class Shape:
+class Primitive:
     """A primitive in the frame of its link.
 
     Attributes:
@@ -82,28 +82,28 @@ def numbers(*values: float) -> str:
 
 def _shape(
     kind: str, sizes: dict[str, str], centre: Vector3, colour: str, axis: str = "z"
-) -> Shape:
+) -> Primitive:
     x, y, z = (round(value, 6) for value in centre)  # micrometres: the file stays readable
-    return Shape(kind, sizes, (x, y, z), _TURNS[axis], colour)
+    return Primitive(kind, sizes, (x, y, z), _TURNS[axis], colour)
 
 
-def box(size: Vector3, centre: Vector3, colour: str) -> Shape:
+def box(size: Vector3, centre: Vector3, colour: str) -> Primitive:
     """Return a box with the given edges along x, y, z [m]."""
     return _shape("box", {"size": numbers(*(round(n, 6) for n in size))}, centre, colour)
 
 
-def cylinder(axis: str, radius: float, length: float, centre: Vector3, colour: str) -> Shape:
+def cylinder(axis: str, radius: float, length: float, centre: Vector3, colour: str) -> Primitive:
     """Return a cylinder about the axis "x", "y" or "z", sizes in m."""
     sizes = {"radius": numbers(round(radius, 6)), "length": numbers(round(length, 6))}
     return _shape("cylinder", sizes, centre, colour, axis)
 
 
-def sphere(radius: float, centre: Vector3, colour: str) -> Shape:
+def sphere(radius: float, centre: Vector3, colour: str) -> Primitive:
     """Return a sphere, sizes in m."""
     return _shape("sphere", {"radius": numbers(round(radius, 6))}, centre, colour)
 
 
-def _torso(spec: BipedSpec) -> list[Shape]:
+def _torso(spec: BipedSpec) -> list[Primitive]:
     """Return pelvis, chest, shoulders and head, as high and as wide as the torso's box."""
     depth, width, tall = spec.links.torso.size
     # A torso that hangs below the hips is odd but allowed; it still needs something to draw.
@@ -146,7 +146,7 @@ def _torso(spec: BipedSpec) -> list[Shape]:
     ]
 
 
-def _hip(spec: BipedSpec) -> tuple[list[Shape], list[Shape]]:
+def _hip(spec: BipedSpec) -> tuple[list[Primitive], list[Primitive]]:
     """Return the shapes of the two links of a hip."""
     x, y, z = spec.links.hip_yaw.size
     yaw = [
@@ -164,7 +164,7 @@ def _hip(spec: BipedSpec) -> tuple[list[Shape], list[Shape]]:
     return yaw, roll
 
 
-def _thigh(spec: BipedSpec, side: str, sign: float) -> list[Shape]:
+def _thigh(spec: BipedSpec, side: str, sign: float) -> list[Primitive]:
     x, y, _ = spec.links.thigh.size
     knee, out = -spec.geometry.d4, sign * spec.geometry.l4
     length = -knee
@@ -181,7 +181,7 @@ def _thigh(spec: BipedSpec, side: str, sign: float) -> list[Shape]:
     ]
 
 
-def _shin(spec: BipedSpec, side: str) -> list[Shape]:
+def _shin(spec: BipedSpec, side: str) -> list[Primitive]:
     x, y, _ = spec.links.shin.size
     length = spec.geometry.d3
     return [
@@ -198,7 +198,7 @@ def _shin(spec: BipedSpec, side: str) -> list[Shape]:
     ]
 
 
-def _ankle(spec: BipedSpec) -> list[Shape]:
+def _ankle(spec: BipedSpec) -> list[Primitive]:
     x, y, z = spec.links.ankle.size
     return [
         cylinder("y", 0.50 * z, 0.90 * y, (0.0, 0.0, 0.0), "dark"),
@@ -207,7 +207,7 @@ def _ankle(spec: BipedSpec) -> list[Shape]:
     ]
 
 
-def _foot(spec: BipedSpec, side: str) -> list[Shape]:
+def _foot(spec: BipedSpec, side: str) -> list[Primitive]:
     geometry, height = spec.geometry, spec.links.foot.size[2]
     long, wide = geometry.foot_length, geometry.foot_width
     sole, toe = -geometry.d1, -geometry.l1
@@ -259,7 +259,7 @@ def _add_leg(robot: ET.Element, spec: BipedSpec, side: str, sign: float) -> None
     _add_joint(robot, f"{side}_sole_joint", "fixed", parent, f"{side}_sole", sole)
 
 
-def _sole_box(spec: BipedSpec) -> Shape:
+def _sole_box(spec: BipedSpec) -> Primitive:
     """The box whose lower face is exactly the sole, in the frame of the ankle roll joint."""
     geometry, height = spec.geometry, spec.links.foot.size[2]
     size = (geometry.foot_length, geometry.foot_width, height)
@@ -305,7 +305,7 @@ def _add_limits(joint: ET.Element, limits: JointSpec, mirrored: bool) -> None:
 
 
 def _add_link(
-    robot: ET.Element, name: str, part: LinkSpec, sign: float, shapes: list[Shape]
+    robot: ET.Element, name: str, part: LinkSpec, sign: float, shapes: list[Primitive]
 ) -> ET.Element:
     link = ET.SubElement(robot, "link", name=name)
     inertial = ET.SubElement(link, "inertial")
@@ -323,6 +323,6 @@ def _add_link(
     return link
 
 
-def _add_geometry(element: ET.Element, shape: Shape) -> None:
+def _add_geometry(element: ET.Element, shape: Primitive) -> None:
     ET.SubElement(element, "origin", xyz=numbers(*shape.origin), rpy=numbers(*shape.turn))
     ET.SubElement(ET.SubElement(element, "geometry"), shape.kind, shape.attributes)

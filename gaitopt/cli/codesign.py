@@ -37,8 +37,8 @@ from gaitopt.cli.size import MOTOR_FILE, motors_text
 from gaitopt.design.codesign import (
     RATIO,
     CoDesign,
+    DesignPoint,
     Study,
-    Trial,
     Variable,
     WalkCase,
     codesign,
@@ -90,7 +90,7 @@ def run(given: Settings, asked: CodesignOptions) -> None:
             out.print(f"goes on after {len(earlier)} designs of {directory / TRIALS}")
         best = np.inf
 
-        def told(trial: Trial) -> None:
+        def told(trial: DesignPoint) -> None:
             nonlocal best
             _append(directory / TRIALS, trial_record(trial))
             if not quiet:
@@ -269,7 +269,7 @@ def _print_of(robot: Robot, task: Task) -> str:
     return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def trial_record(trial: Trial) -> dict[str, Any]:
+def trial_record(trial: DesignPoint) -> dict[str, Any]:
     """Return a trial as JSON-able data."""
     return {
         "values": trial.values.tolist(),
@@ -286,7 +286,7 @@ def trial_record(trial: Trial) -> dict[str, Any]:
     }
 
 
-def trial_of(record: Mapping[str, Any]) -> Trial:
+def trial_of(record: Mapping[str, Any]) -> DesignPoint:
     """Return the trial of a record made by `trial_record`."""
     points = []
     for x, pairs, size in record["points"]:
@@ -294,7 +294,7 @@ def trial_of(record: Mapping[str, Any]) -> Trial:
         for k, value in pairs:
             y[int(k)] = float(value)
         points.append((np.array(x, dtype=np.float64), y))
-    return Trial(
+    return DesignPoint(
         values=np.array(record["values"], dtype=np.float64),
         cost=float(record["cost"]),
         gradient=np.array(record["gradient"], dtype=np.float64),
@@ -306,7 +306,7 @@ def trial_of(record: Mapping[str, Any]) -> Trial:
     )
 
 
-def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[Trial] | None:
+def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[DesignPoint] | None:
     """Return the trials of a run that was interrupted, None where there was none.
 
     A last line that was cut short is left out.
@@ -428,7 +428,9 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _print_trial(out: Console, study: Study, trial: Trial, best: float, seconds: float) -> None:
+def _print_trial(
+    out: Console, study: Study, trial: DesignPoint, best: float, seconds: float
+) -> None:
     values = ", ".join(
         f"{v.name.replace('_', ' ')} {value:.4f} {v.unit}".rstrip()
         for v, value in zip(study.variables, trial.values, strict=True)

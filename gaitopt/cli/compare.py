@@ -59,7 +59,7 @@ def run(given: Settings, asked: CompareOptions) -> None:
     if output is not None:
         _write(runs, output)
     if not quiet:
-        out.print(comparison_table(runs, request.task.cost_unit), width=min(out.width, WIDTH))
+        out.print(table_of_solvers(runs, request.task.cost_unit), width=min(out.width, WIDTH))
         if output is not None:
             out.print(f"wrote to {output}: {RECORD}, {FIGURE}", soft_wrap=True)
     if stop.asked:
@@ -92,7 +92,7 @@ def _walks(one: Solution) -> bool:
     return one.violation <= FEASIBLE
 
 
-def comparison_table(runs: Sequence[Solution], unit: str) -> Table:
+def table_of_solvers(runs: Sequence[Solution], unit: str) -> Table:
     """Return the table of the runs; `unit` is that of the cost."""
     table = new_table(
         "Solvers at the samples, from the same start", "solver", "ended", f">cost\n{unit}",

@@ -94,7 +94,7 @@ def _show(asked: LibraryOptions) -> None:
         for letter, directory in zip("AB", directories, strict=True):
             out.print(f"{letter}: {directory}", soft_wrap=True)
         units = libraries[0].cost[1], libraries[1].cost[1]
-        out.print(comparison_table((rows[0], rows[1]), axes, units, names, out.width))
+        out.print(table_of_libraries((rows[0], rows[1]), axes, units, names, out.width))
     if plot is None:
         letters = [""] if len(libraries) == 1 else ["A: ", "B: "]
         for letter, library, shown in zip(letters, libraries, rows, strict=True):
@@ -159,7 +159,7 @@ def library_table(library: Library, rows: list[Row], names: str | None, width: i
     return _table(title, [found[name] for name in wanted if name in fitting])
 
 
-def comparison_table(
+def table_of_libraries(
     rows: tuple[list[Row], list[Row]],
     axes: list[str],
     costs: tuple[str, str],

@@ -25,7 +25,7 @@ from gaitopt.cli.results import require_files
 from gaitopt.escape import printable
 from gaitopt.gait.motor_space import driven_joints
 from gaitopt.model.robot import Robot
-from gaitopt.view.inspection import Inspection, inspect_robot, sections
+from gaitopt.view.inspection import Inspection, inspect_robot, inspection_tables
 from gaitopt.view.page_parts import Section
 
 _STYLES = {"guessed": "yellow", "warning": "bold yellow", "changed": "cyan", "given": "green"}
@@ -74,7 +74,7 @@ def print_inspection(out: Console, found: Inspection) -> None:
     width = min(out.width, WIDTH)
     verdict = ("cannot be used", "bold red") if found.refusal else ("can be used", "bold green")
     out.print(Rule(Text.assemble((printable(found.title), "bold"), "  ", verdict)), width=width)
-    for section in sections(found):
+    for section in inspection_tables(found):
         out.print(_table(section, width), width=width)
         out.print()
 

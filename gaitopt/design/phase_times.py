@@ -237,7 +237,7 @@ def _first_walks(
     yield attempt(problem, options, x, None, stop)
     if start is not None or stop() or problem.task.in_place:
         return
-    slower = WalkProblem(problem.robot, problem.task.slower(SLOWER))
+    slower = WalkProblem(problem.robot, problem.task.at_share_of_speed(SLOWER))
     found = attempt(slower, options, first_guess(slower), None, stop)
     if is_walk(found):
         yield attempt(problem, near, found.x, None, stop)

@@ -498,7 +498,7 @@ class StartJob:
         """Return a walk at a share of the speed, about the best one there, or None."""
         if self.task.in_place and self.task.turn_rate == 0.0:
             return None
-        problem = WalkProblem(self.robot, self.task.slower(share))
+        problem = WalkProblem(self.robot, self.task.at_share_of_speed(share))
         callback = None if on_progress is None else on_progress(problem)
         rough = replace(self.options, solver=self.options.solver.roughly())
         try:

@@ -409,7 +409,7 @@ class Task:
         """Speed along the path [m/s]."""
         return math.hypot(self.speed, self.lateral_speed)
 
-    def slower(self, share: float) -> Task:
+    def at_share_of_speed(self, share: float) -> Task:
         """Return the same walk at a share of its speeds and of its turn rate."""
         return replace(
             self,

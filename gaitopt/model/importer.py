@@ -29,7 +29,7 @@ from gaitopt.model.feet.stance import Stance, flat_stance, legs_at_zero, level_f
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions, LimitOverride
 from gaitopt.model.legs.heading import Heading, axis_name, find_heading, leg_lines
 from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
-from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, PosedModel, pose
+from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, PosedModel, pose_model
 from gaitopt.model.legs.leg_detection import (
     LegPair,
     number_word,
@@ -243,7 +243,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         model.armature = np.zeros(model.nv)
     stands, apart = with_ties(model, reference_configuration(model, angles), ties, angles)
     unlooped = tuple(p for p in problems if p.kind != LOOP)
-    posed = replace(pose(model, stands, unlooped), rods=rods_on_balls(model, source.loops))
+    posed = replace(pose_model(model, stands, unlooped), rods=rods_on_balls(model, source.loops))
     pair = standing_legs(source, posed, choices)
     faults = _empty_ranges(model, pair.legs, problems)
     pair, heading, shapes = _heading_with_feet(source, posed, pair, choices)
@@ -261,7 +261,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         model, sized = proportioned(
             straight, pair.legs, moving, heading.rotation, choices.proportions
         )
-        posed = pose(model, stands, unlooped)
+        posed = pose_model(model, stands, unlooped)
         straight = legs_at_zero(posed, pair.legs)
     chain, partners = moving_joints(pair.legs, side, others)
     names = [str(model.names[joint]) for joint in chain]

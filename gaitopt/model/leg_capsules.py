@@ -21,7 +21,7 @@ from gaitopt.importers.source import Source
 from gaitopt.model.feet.foot_shape import Points, placed_shapes
 from gaitopt.model.import_options import CapsuleRow, Payload
 from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.legs.kinematic_tree import points_on_lines, pose
+from gaitopt.model.legs.kinematic_tree import points_on_lines, pose_model
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
@@ -159,7 +159,7 @@ def bar_radius(robot: Robot) -> float:
 def _bars(robot: Robot) -> dict[int, Array]:
     """Ends of each leg body in its own frame: its two joints; heel and toe of a foot, (2, 3)."""
     model, tree, sole = robot.model, robot.tree, robot.sole
-    posed = pose(model, pin.neutral(model))
+    posed = pose_model(model, pin.neutral(model))
     bars = {}
     for body, name in ((0, robot.stance_sole), (tree.swing_foot, robot.swing_sole)):
         frame, middle = model.frames[model.getFrameId(name)].placement, (sole.left + sole.right) / 2

@@ -160,7 +160,7 @@ def g1_columns(motion: Motion) -> Array:
     return motion.samples.configuration
 
 
-def record(motion: Motion) -> dict[str, object]:
+def motion_record(motion: Motion) -> dict[str, object]:
     """Return everything of a motion by name: texts, numbers, lists of names and arrays."""
     samples, gait = motion.samples, motion.gait
     return {
@@ -315,7 +315,7 @@ def _g1(motion: Motion) -> bytes:
 
 def _json(motion: Motion) -> bytes:
     entries = []
-    for name, value in record(motion).items():
+    for name, value in motion_record(motion).items():
         rows = _json_rows(value) if isinstance(value, np.ndarray) else json.dumps(value)
         entries.append(f"{json.dumps(name)}: {rows}")
     return ("{\n" + ",\n".join(entries) + "\n}\n").encode()

@@ -123,11 +123,11 @@ def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
 
 def json_text(gait: Gait, samples: Mapping[str, Array]) -> str:
     """Return the `record` of a gait as JSON, which is YAML too."""
-    text = json.dumps(record(gait, samples), indent=1, ensure_ascii=False) + "\n"
+    text = json.dumps(stride_record(gait, samples), indent=1, ensure_ascii=False) + "\n"
     return _TEXT_OR_EXPONENT.sub(_with_point, text)
 
 
-def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
+def stride_record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     """Return samples (N, ...), splines, impact and origin of a gait for a controller."""
     joints = joint_names(gait)
     return {

@@ -114,7 +114,7 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         rate_after, impulse = _impact_inside(robot, data, trajectory, touch, True)
         stated_impulse = np.concatenate([stated_impulse, own.rear_impulse * turned])
     else:
-        rate_after, impulse = impact(robot, data, 1 - number, gait)
+        rate_after, impulse = engine_impact(robot, data, 1 - number, gait)
     if gait.slapping:
         flat = _impact_inside(robot, data, trajectory, begin + own.flat_from, False)
         rate_after, impulse = (
@@ -139,7 +139,7 @@ def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Arra
     return J
 
 
-def impact(
+def engine_impact(
     robot: SimulatedRobot, data: mujoco.MjData, foot: int, gait: Gait
 ) -> tuple[Array, Array]:
     """Return the rates (n,) after a sole stops at once, and the impulse (6,), in its footprint.

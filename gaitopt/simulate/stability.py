@@ -30,7 +30,7 @@ from gaitopt.nlp import Array
 from gaitopt.simulate.disturbance import stand
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.reference import sole_motion
-from gaitopt.simulate.second_engine import impact
+from gaitopt.simulate.second_engine import engine_impact
 
 INTERVALS = 100
 """Of a step, in each of which the linear system is constant."""
@@ -214,7 +214,7 @@ class _Walk:
         """Return the joint rates after the landing of the other sole (n,)."""
         robot, data = self.robot, self.data
         self._stand(q, dq)
-        return impact(robot, data, 1, self._gait)[0]
+        return engine_impact(robot, data, 1, self._gait)[0]
 
     def height(self, q: Array, point: Array) -> float:
         """Return the height of a point of the landing sole, in its frame, over the ground [m]."""

@@ -194,7 +194,9 @@ class _Run:
         if self._left <= 0:
             return False
         nlp, inequalities, kept = self.program.nlp, self.working_set, self.iterate
-        self.working_set = held_rows(nlp, *least_squares_multipliers(nlp, kept.point, activity))
+        self.working_set = working_set_of(
+            nlp, *least_squares_multipliers(nlp, kept.point, activity)
+        )
         self._minimise(u, CONFIRM)
         self.working_set = inequalities
         if self._is_optimal(self.iterate):
@@ -369,7 +371,7 @@ def given_rows(nlp: NLP, rows: Indices) -> WorkingSet:
     )
 
 
-def held_rows(nlp: NLP, multipliers: Array, bound_multipliers: Array) -> WorkingSet:
+def working_set_of(nlp: NLP, multipliers: Array, bound_multipliers: Array) -> WorkingSet:
     """Choose rows and bounds with a multiplier (m,), (n,), as equalities at the limit it tells."""
     rows = np.flatnonzero((multipliers != 0.0) | (nlp.rows.lower == nlp.rows.upper))
     bounds = np.flatnonzero(bound_multipliers)

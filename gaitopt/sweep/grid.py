@@ -208,7 +208,7 @@ Index = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Grid:
+class TaskGrid:
     """A grid and the points from which it is explored.
 
     Attributes:
@@ -336,7 +336,7 @@ class GridLevel:
         coarser: those of the level before it, None for the first.
     """
 
-    grid: Grid
+    grid: TaskGrid
     nodes: tuple[tuple[int, ...], ...]
     coarser: tuple[tuple[int, ...], ...] | None
 

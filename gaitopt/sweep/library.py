@@ -24,7 +24,7 @@ from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import extension_record
 from gaitopt.gait.result import Gait
 from gaitopt.sweep.database import DATABASE, LOCK, Database, digest, read_database
-from gaitopt.sweep.grid import Grid, Index
+from gaitopt.sweep.grid import Index, TaskGrid
 from gaitopt.sweep.library_0_1 import MANIFEST, read_library_0_1
 from gaitopt.sweep.manifest import (
     DAMAGE,
@@ -94,7 +94,7 @@ class PointState:
         }
 
 
-def point_state_of(record: Mapping[str, Any], grid: Grid, point: Index) -> PointState:
+def point_state_of(record: Mapping[str, Any], grid: TaskGrid, point: Index) -> PointState:
     """Return the state of a point from its record.
 
     Raises:
@@ -141,7 +141,7 @@ def _check_row(row: object, file: str) -> None:
         raise ValueError("its line of the table lacks its status")
 
 
-def _file_of(grid: Grid, point: Index) -> str:
+def _file_of(grid: TaskGrid, point: Index) -> str:
     return f"{GAITS}/{grid.name(point)}.npz"
 
 
@@ -158,7 +158,7 @@ class Library:
 
     directory: Path
     record: Record
-    grid: Grid
+    grid: TaskGrid
     states: Mapping[Index, PointState]
 
     @cached_property
@@ -240,7 +240,7 @@ def _read(folder: Path) -> tuple[Record, dict[str, Any]] | None:
     return found
 
 
-def _states(grid: Grid, records: Mapping[str, Any]) -> dict[Index, PointState]:
+def _states(grid: TaskGrid, records: Mapping[str, Any]) -> dict[Index, PointState]:
     """Return what is known of every point; of one whose record is damaged, that it is."""
     states = {}
     for point in grid.order:
@@ -254,7 +254,9 @@ def _states(grid: Grid, records: Mapping[str, Any]) -> dict[Index, PointState]:
     return states
 
 
-def _rows(grid: Grid, states: Mapping[Index, PointState], faults: Mapping[Index, str]) -> list[Row]:
+def _rows(
+    grid: TaskGrid, states: Mapping[Index, PointState], faults: Mapping[Index, str]
+) -> list[Row]:
     rows = []
     for point in sorted(states):
         state, values = states[point], grid.values(point)
@@ -269,7 +271,9 @@ def _rows(grid: Grid, states: Mapping[Index, PointState], faults: Mapping[Index,
     return rows
 
 
-def _faults(directory: Path, grid: Grid, states: Mapping[Index, PointState]) -> dict[Index, str]:
+def _faults(
+    directory: Path, grid: TaskGrid, states: Mapping[Index, PointState]
+) -> dict[Index, str]:
     found = {}
     for point, state in states.items():
         wrong = state.fault if not state.explored and state.fault == UNREADABLE else ""
@@ -335,7 +339,7 @@ class Writer:
         GaitFileError: its manifest is damaged.
     """
 
-    def __init__(self, directory: Path, grid: Grid, record: Record) -> None:
+    def __init__(self, directory: Path, grid: TaskGrid, record: Record) -> None:
         self.directory, self.grid = directory, grid
         _claim(directory)
         self._database = Database(directory)

@@ -12,7 +12,7 @@ from gaitopt.bounds import MANIFEST as MANIFEST_BYTES
 from gaitopt.bounds import read_bounded
 from gaitopt.errors import GaitFileError, InputError, reason_of
 from gaitopt.gait.task import task_from_record, task_record
-from gaitopt.sweep.grid import Grid
+from gaitopt.sweep.grid import TaskGrid
 from gaitopt.sweep.manifest import (
     DAMAGE,
     Record,
@@ -92,7 +92,7 @@ def _line_damaged(number: int, path: Path) -> InputError:
     )
 
 
-def _take(records: dict[str, Any], entry: Mapping[str, Any], grid: Grid) -> None:
+def _take(records: dict[str, Any], entry: Mapping[str, Any], grid: TaskGrid) -> None:
     """Change records by one event."""
 
     def record(place: Any) -> Record:

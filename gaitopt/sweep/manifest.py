@@ -17,7 +17,7 @@ from gaitopt.errors import GaitFileError, InputError, SpecError
 from gaitopt.gait.gait_file import gait_inside
 from gaitopt.gait.task import Task, task_record
 from gaitopt.model.import_options import choices_from_record, choices_record
-from gaitopt.sweep.grid import Axis, Grid, Index
+from gaitopt.sweep.grid import Axis, Index, TaskGrid
 from gaitopt.sweep.scenario import RobotSource
 from gaitopt.version import __version__
 
@@ -30,7 +30,7 @@ DAMAGE = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowE
 
 
 def manifest_record(
-    grid: Grid, robot: RobotSource, tasks: Mapping[Index, Task], options: DesignOptions
+    grid: TaskGrid, robot: RobotSource, tasks: Mapping[Index, Task], options: DesignOptions
 ) -> Record:
     """Return what decides the gaits of a sweep, JSON-able: grid, robot, options, first task.
 
@@ -66,7 +66,7 @@ def robot_source_record(robot: RobotSource) -> Record:
     }
 
 
-def grid_of(directory: Path, record: Record) -> Grid:
+def grid_of(directory: Path, record: Record) -> TaskGrid:
     """Return the grid of a record.
 
     Args:
@@ -78,7 +78,7 @@ def grid_of(directory: Path, record: Record) -> Grid:
     """
     try:
         axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
-        grid = Grid(axes, tuple(tuple(seed) for seed in record["seeds"]))
+        grid = TaskGrid(axes, tuple(tuple(seed) for seed in record["seeds"]))
         for seed in grid.seeds:
             grid.values(seed)
     except (*DAMAGE, InputError) as error:

@@ -41,7 +41,7 @@ from gaitopt.sweep.executor import (
     run_job,
     run_job_alone,
 )
-from gaitopt.sweep.grid import OF_STRIDES, Axis, Grid, Index, with_values
+from gaitopt.sweep.grid import OF_STRIDES, Axis, Index, TaskGrid, with_values
 from gaitopt.sweep.library import Library, Writer, open_library
 from gaitopt.sweep.manifest import manifest_record
 from gaitopt.sweep.scenario import RobotSource, Scenario
@@ -125,9 +125,9 @@ def sweep(
     """
     options = options or DesignOptions()
     _require(robot=robot, task=task, directory=directory, options=options, spec=spec, motors=motors)
-    grid = Grid(_axes(axes))
+    grid = TaskGrid(_axes(axes))
     if seed:
-        grid = Grid(grid.axes, (grid.nearest(seed),))
+        grid = TaskGrid(grid.axes, (grid.nearest(seed),))
     task_at = task_at or (lambda v: with_values(task, v.items()))
     scenarios = Scenarios(robot, spec, grid, task_at, motors)
     record = manifest_record(grid, scenarios.robot, scenarios.tasks, options)
@@ -179,7 +179,7 @@ class Scenarios:
         self,
         robot: Robot,
         spec: BipedSpec | None,
-        grid: Grid,
+        grid: TaskGrid,
         task_at: TaskAt,
         motors: MotorTable | None = None,
     ) -> None:
@@ -216,7 +216,7 @@ class Scenarios:
         return Scenario(robot_at(self.robot, self._grid, point), self.tasks[point])
 
 
-def robot_at(robot: RobotSource, grid: Grid, point: Index) -> RobotSource:
+def robot_at(robot: RobotSource, grid: TaskGrid, point: Index) -> RobotSource:
     """Return the robot of a point."""
     values = grid.values(point)
     changes = tuple((axis.name, values[axis.name]) for axis in grid.axes if axis.of_robot)

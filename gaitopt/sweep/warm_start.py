@@ -20,7 +20,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import ActiveRow
 from gaitopt.design.starts import SAME_COST
 from gaitopt.nlp import Array
-from gaitopt.sweep.grid import Grid, Index
+from gaitopt.sweep.grid import Index, TaskGrid
 
 ON_BRANCH = 8  # iterations from a neighbour that stay on its branch; leaving takes more (measured)
 OFF_BRANCH = 13  # iterations; more have not followed a branch (measured: most take 4 to 6)
@@ -100,7 +100,7 @@ def _active(constraint: object, entry: object, instant: Any, multiplier: Any) ->
 
 
 def promising(
-    grid: Grid,
+    grid: TaskGrid,
     walk_at: Callable[[Index], WarmStart | None],
     point: Index,
     neighbours: Iterable[tuple[int, Index]],

@@ -21,7 +21,7 @@ from gaitopt.importers.source import Source
 from gaitopt.model.import_options import SIDES, ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.legs.joint_limits import JointLimits
-from gaitopt.model.legs.kinematic_tree import pose
+from gaitopt.model.legs.kinematic_tree import pose_model
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.view.page_parts import Section
@@ -90,7 +90,7 @@ _IN_THE_TABLE = ("legs", "pairs")  # topics whose plain facts the table of the l
 _STRAIGHT = 1e-3  # rad
 
 
-def sections(inspection: Inspection) -> tuple[Section, ...]:
+def inspection_tables(inspection: Inspection) -> tuple[Section, ...]:
     """Return all tables of an inspection that have a row."""
     tables = [
         _overview(inspection),
@@ -212,7 +212,7 @@ def _limit(value: float, stated: float) -> str:
 def _axes(reading: ImportedRobot) -> dict[str, str]:
     """Return the axis of each leg joint at the reference posture, in the robot's axes."""
     joints = [j for leg in reading.legs for j in leg]
-    axes = pose(reading.model, reading.q).axes[joints] @ reading.rotation
+    axes = pose_model(reading.model, reading.q).axes[joints] @ reading.rotation
     names = [str(reading.model.names[j]) for j in joints]
     return {name: axis_words(axis) for name, axis in zip(names, axes, strict=True)}
 

@@ -14,9 +14,9 @@ from gaitopt.atomic import write_atomically
 from gaitopt.errors import RobotError
 from gaitopt.escape import filled_template, html_text
 from gaitopt.model.importer import ImportedRobot
-from gaitopt.model.legs.kinematic_tree import pose
+from gaitopt.model.legs.kinematic_tree import pose_model
 from gaitopt.nlp import Array
-from gaitopt.view.inspection import Inspection, sections
+from gaitopt.view.inspection import Inspection, inspection_tables
 from gaitopt.view.page_parts import Page, table_text
 from gaitopt.view.robot_shapes import draw_shape, unloaded
 from gaitopt.view.viewer import Node, RecordingWindow, geometry, packed_viewer, page_file
@@ -88,7 +88,7 @@ def _size(data: pin.Data) -> tuple[Array, float]:
 
 def _draw_joints(node: Node, reading: ImportedRobot, q: Array, data: pin.Data) -> None:
     model, (_, size) = reading.model, _size(data)
-    axes = pose(model, q).axes
+    axes = pose_model(model, q).axes
     for side, leg in enumerate(reading.legs):
         for joint, axis in zip(leg, axes[list(leg)], strict=True):
             arrow = node[str(model.names[joint]).replace("/", "_")]
@@ -160,7 +160,7 @@ def inspection_text(inspection: Inspection) -> Page:
     parts = {
         "@TITLE@": html_text(inspection.title),
         "@REFUSAL@": f'<p class="refusal">{refusal}</p>' if refusal else "",
-        "@TABLES@": "".join(map(table_text, sections(inspection))),
+        "@TABLES@": "".join(map(table_text, inspection_tables(inspection))),
         "@FIT@": page_file("fit.js"),
         "@LOAD@": page_file("load.js"),
         "@COMMANDS@": recorder.text(),

@@ -23,7 +23,7 @@ from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.text_files import parse_toml
-from gaitopt.sweep.grid import Axis, Grid, parse_axis
+from gaitopt.sweep.grid import Axis, TaskGrid, parse_axis
 from gaitopt.sweep.workers import local_workers
 from gaitopt.view.page import page_text
 
@@ -144,7 +144,7 @@ def test_python_entrances(robot):
         lambda: Axis("speed", range(1, MANY)),
         lambda: Axis("speed", iter(range(1, MANY))),
         lambda: parse_axis("speed", "0:1:1e-9"),
-        lambda: Grid((Axis("speed", range(1, 10**4)), Axis("duration", range(1, 10**4)))),
+        lambda: TaskGrid((Axis("speed", range(1, 10**4)), Axis("duration", range(1, 10**4)))),
         lambda: local_workers(MANY),
     ):
         with pytest.raises(InputError, match="too many"):

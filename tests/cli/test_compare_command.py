@@ -78,7 +78,7 @@ def test_a_solver_that_failed_has_no_numbers():
     failed = Solution(
         none, np.nan, none, none, Status.NUMERICAL, np.nan, np.nan, 0, 1, 0, 0.1, "slsqp"
     )
-    table = command.comparison_table([failed], "N²·m·s")
+    table = command.table_of_solvers([failed], "N²·m·s")
     assert [next(iter(column.cells)) for column in table.columns[3:5]] == ["-", "-"]
 
 

@@ -23,7 +23,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.model.robot import Robot
 from gaitopt.motions.motion import motion
-from gaitopt.motions.stride import csv_text, joint_names, record, stride_samples
+from gaitopt.motions.stride import csv_text, joint_names, stride_record, stride_samples
 from gaitopt.simulate.disturbance import SensorNoise, StartError, disturbed_start, measured
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import second_engine, sole_jacobian
@@ -216,7 +216,7 @@ def test_tables_and_records_of_a_stride_have_every_joint(name):
     for what in ("q", "dq", "ddq", "torque"):
         expected = getattr(at, what)[:, body.driven]
         assert found[what][inner] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
-    told = record(gait, found)
+    told = stride_record(gait, found)
     follower = body.joint_names[body.tied[0]]
     pieces = told["splines"]["coefficients"][follower]
     starts = gait.trajectory.at(gait.knots[:-1]).q[:, body.tied[0]]

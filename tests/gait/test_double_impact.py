@@ -28,7 +28,7 @@ from gaitopt.mechanics.closed_impact import ClosedImpact
 from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds
-from gaitopt.motions.stride import record, stride_samples
+from gaitopt.motions.stride import stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
@@ -182,7 +182,7 @@ def test_file_table_and_export_tell_the_rear_foot(gait, tmp_path):
     console = Console(file=io.StringIO(), width=100)
     print_gait(console, again)
     assert "rear foot, impact" in console.file.getvalue()
-    told = record(again, stride_samples(again))["impact"]["impulse_in_rear_sole"]
+    told = stride_record(again, stride_samples(again))["impact"]["impulse_in_rear_sole"]
     assert list(told.values()) == pytest.approx(gait.rear_impulse.tolist())
     with pytest.raises(InputError, match="rear_impulse"):
         replace(gait, rear_impulse=np.zeros(5))

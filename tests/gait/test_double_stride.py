@@ -17,7 +17,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.motions.stride import record, stride_samples
+from gaitopt.motions.stride import stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.view.page import page_text
 
@@ -120,7 +120,7 @@ def test_the_file_keeps_both_steps(gait, tmp_path):
 def test_summary_page_and_export_are_made(gait):
     assert summarise(gait)["contact"]["front_foot"] is not None
     assert "toe line" in page_text(gait, 1)
-    told = record(gait, stride_samples(gait))["double_support"]
+    told = stride_record(gait, stride_samples(gait))["double_support"]
     assert [one["front_wrench"] for one in told] == [
         step.front_wrench.tolist() for step in gait.steps
     ]

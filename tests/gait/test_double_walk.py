@@ -34,7 +34,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.motions.stride import record, stride_samples
+from gaitopt.motions.stride import stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.tolerances import REFEREE
 from gaitopt.view.animation import frames, pressure
@@ -194,7 +194,7 @@ def test_summary_page_and_figures_tell_both_feet(gait):
     moment = (np.cross(arm, force) + own).sum(axis=1)
     expected = -moment[:, 1] / force[..., 2].sum(axis=1)
     assert at[:, 0] == pytest.approx(expected, abs=1e-9)
-    exported = record(gait, stride_samples(gait))["double_support"]
+    exported = stride_record(gait, stride_samples(gait))["double_support"]
     assert exported["knots"][0] == pytest.approx(0.4)
 
 

@@ -25,7 +25,7 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.foot_flat import FlatImpact
-from gaitopt.motions.stride import cubic_pieces, record, stride_samples
+from gaitopt.motions.stride import cubic_pieces, stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.tolerances import REFEREE
 
@@ -219,7 +219,7 @@ def test_summary_and_export_speak_of_it(gait, both):
     impulse = both[0].step(both[1]).flat.impulse
     told = summarise(gait)["impact"]["foot_flat"]
     assert told["vertical_impulse_Ns"] == pytest.approx(impulse[2])
-    told = record(gait, stride_samples(gait))["landed_foot_turn"]["impulse_at_the_end"]
+    told = stride_record(gait, stride_samples(gait))["landed_foot_turn"]["impulse_at_the_end"]
     assert list(told.values()) == pytest.approx(impulse.tolist())
     pieces = cubic_pieces(gait)
     spans = np.diff(gait.knots)[:, None]

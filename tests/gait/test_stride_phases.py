@@ -19,7 +19,7 @@ from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.motions.stride import record, stride_samples
+from gaitopt.motions.stride import stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.view.page import page_text
 
@@ -133,7 +133,7 @@ def test_trajectory_goes_on_from_stride_to_stride(gait):
 def test_summary_page_and_export_are_made(gait):
     assert summarise(gait)["contact"]["foot_turns_from_s"] == pytest.approx(0.35)
     assert "toe line" in page_text(gait, 1)
-    told = record(gait, stride_samples(gait))["standing_foot_turn"]
+    told = stride_record(gait, stride_samples(gait))["standing_foot_turn"]
     assert [one["coefficients"] for one in told] == [
         step.foot_coefficients.tolist() for step in gait.steps
     ]

@@ -18,7 +18,7 @@ from gaitopt.model.importer import import_robot
 from gaitopt.model.legs.leg_detection import speaks_for_other_side
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
-from gaitopt.view.inspection import inspect_robot, sections
+from gaitopt.view.inspection import inspect_robot, inspection_tables
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 QUARTER = "1.5707963267948966"
@@ -361,7 +361,7 @@ def test_other_joints_that_mimic_are_told_in_one_line():
     (told,) = [p for p in reading.problems if p.kind == "tied"]
     assert told.text.startswith("4 joints outside the legs mimic others; they are locked")
     assert "'left_finger_0', " in told.text
-    shown = {s.title: s.rows for s in sections(inspect_robot(text, ImportOptions()))}
+    shown = {s.title: s.rows for s in inspection_tables(inspect_robot(text, ImportOptions()))}
     assert shown["Odd in the file"] == ((str(told.line), told.text),)
 
 

@@ -11,7 +11,7 @@ import textbook_programs as bank
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array, Start, Status
 from gaitopt.solvers import SQP, TrustConstr, TwoStageSQP
-from gaitopt.solvers.trust_constr import held_rows, missed_rows, nearest_rows
+from gaitopt.solvers.trust_constr import missed_rows, nearest_rows, working_set_of
 
 
 def many_sided_disk(m: int = 60) -> bank.Textbook:
@@ -61,7 +61,7 @@ def test_nearest_rows_are_chosen() -> None:
 
 def test_held_rows_are_equalities_at_the_limit_their_multiplier_tells() -> None:
     program = bank.two_sided()
-    choice = held_rows(program, program.multipliers, program.bound_multipliers)
+    choice = working_set_of(program, program.multipliers, program.bound_multipliers)
     np.testing.assert_array_equal(choice.rows, [0])
     np.testing.assert_array_equal(choice.bounds, [2])
     np.testing.assert_array_equal(choice.row_limits, [[1.0], [1.0]])

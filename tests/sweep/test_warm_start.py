@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.design.active_set import ActiveRow
-from gaitopt.sweep.grid import Axis, Grid
+from gaitopt.sweep.grid import Axis, TaskGrid
 from gaitopt.sweep.warm_start import WarmStart, is_better, promising, warm_start_of
 
-GRID = Grid((Axis("speed", (1.0, 1.1, 1.2)),))
+GRID = TaskGrid((Axis("speed", (1.0, 1.1, 1.2)),))
 
 
 def walk(cost, slope, x=0.3):

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from gaitopt import biped13, urdf_text
 from gaitopt.design.summary import brace, shared_name
 from gaitopt.model.import_options import ImportOptions
-from gaitopt.view.inspection import axis_words, inspect_robot, sections
+from gaitopt.view.inspection import axis_words, inspect_robot, inspection_tables
 from gaitopt.view.inspection_page import inspection_text
 
 
@@ -53,7 +53,7 @@ def test_tilted_axes_are_named_with_their_tilt(tilt, near, sign):
 def test_an_inspection_keeps_what_it_reached():
     found = inspect_robot(urdf_text(biped13()), ImportOptions())
     assert (found.refusal, found.title) == ("", "biped13")
-    assert [s.title for s in sections(found)][:2] == [
+    assert [s.title for s in inspection_tables(found)][:2] == [
         "Robot", "Joints; axis and range of the right leg"
     ]  # fmt: skip
     broken = inspect_robot("<robot", ImportOptions())

@@ -22,7 +22,7 @@ from gaitopt.model.feet.sole_detection import (
 )
 from gaitopt.model.import_options import SIDES, ImportOptions
 from gaitopt.model.legs.heading import axis_vector, leg_lines
-from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, pose, unit
+from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, pose_model, unit
 from gaitopt.model.legs.leg_detection import (
     LegPair,
     axes_apart,
@@ -88,7 +88,7 @@ def legs_at_zero(posed: PosedModel, legs: LegJoints) -> PosedModel:
     """Return the same posture with all leg angles 0."""
     q = posed.q.copy()
     q[[posed.model.joints[j].idx_q for leg in legs for j in leg]] = 0.0
-    return pose(posed.model, q, posed.problems)
+    return pose_model(posed.model, q, posed.problems)
 
 
 def flat_stance(

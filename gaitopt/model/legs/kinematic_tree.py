@@ -120,7 +120,7 @@ class PosedModel:
         return float(self.q[self.model.joints[joint].idx_q])
 
 
-def pose(model: pin.Model, q: Array, problems: tuple[FileProblem, ...] = ()) -> PosedModel:
+def pose_model(model: pin.Model, q: Array, problems: tuple[FileProblem, ...] = ()) -> PosedModel:
     """Return the model in a posture q [rad], shape (nq,)."""
     data = model.createData()
     pin.forwardKinematics(model, data, q)

@@ -22,7 +22,7 @@ from gaitopt.model.legs.kinematic_tree import (
     PosedModel,
     joint_kind,
     line_gap,
-    pose,
+    pose_model,
     subtree_centres,
 )
 from gaitopt.nlp import Array
@@ -111,7 +111,7 @@ def moving_pairs(
     model, asked = posed.model, _asked(posed, legs, rotation, patterns)
     q = posed.q.copy()
     q[[model.joints[j].idx_q for j in asked if model.joints[j].nq == 1]] = 0.0
-    partners = _partners(pose(model, q, posed.problems), legs, rotation)
+    partners = _partners(pose_model(model, q, posed.problems), legs, rotation)
     pairs = set()
     for joint in asked:
         if fault := _fault(posed, joint, partners):

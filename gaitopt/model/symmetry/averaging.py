@@ -22,7 +22,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
-from gaitopt.model.legs.kinematic_tree import pose
+from gaitopt.model.legs.kinematic_tree import pose_model
 from gaitopt.model.symmetry.leg_exchange import REFLECTION, mirror_placement
 from gaitopt.nlp import Array
 
@@ -382,7 +382,7 @@ def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
     Returns:
         The pairs of joints, and the soles.
     """
-    posed = pose(model, pin.neutral(model))
+    posed = pose_model(model, pin.neutral(model))
     local = [sides.plane.actInv(p) for p in posed.placements]
     axes = posed.axes @ sides.plane.rotation
     moved = {1: local[1]}
@@ -481,7 +481,7 @@ def _restore_rotors(file: pin.Model, pair: _Pair, model: pin.Model) -> None:
 
 def _bodies(model: pin.Model, sides: Sides) -> list[tuple[int, int, pin.SE3, pin.SE3]]:
     """Pairs of bodies and their placements in the pelvis frame, the trunk with itself first."""
-    placements = pose(model, pin.neutral(model)).placements
+    placements = pose_model(model, pin.neutral(model)).placements
     local = [sides.plane.actInv(p) for p in placements]
     return [(i, j, local[i], local[j]) for i, j in ((1, 1), *sides.pairs)]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.model.legs.kinematic_tree import pose
+from gaitopt.model.legs.kinematic_tree import pose_model
 from gaitopt.nlp import Array
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
@@ -23,7 +23,7 @@ def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
     Returns:
         Points and unit axes in the pelvis frame, each of shape (n, 3).
     """
-    posed = pose(model, pin.neutral(model))
+    posed = pose_model(model, pin.neutral(model))
     points = np.array([pelvis.actInv(p.translation) for p in posed.placements[2:]])
     return points, posed.axes[2:] @ pelvis.rotation
 
