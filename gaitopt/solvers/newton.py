@@ -60,7 +60,7 @@ class Newton(SingleStage):
     def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
         del start  # it finds its own multipliers
         nlp = recorder.evaluator.nlp
-        iterate, status = with_least_squares_multipliers(nlp, point), Status.STALLED
+        iterate, status = with_least_squares_multipliers(nlp, point, self.tolerance), Status.STALLED
         recorder.record(iterate)
         for _ in range(self.max_iterations):
             if recorder.stopped:
@@ -73,7 +73,7 @@ class Newton(SingleStage):
                 point = recorder.evaluator.point(iterate.point.x + step)
             except EvaluationError:
                 break
-            iterate = with_least_squares_multipliers(nlp, point)
+            iterate = with_least_squares_multipliers(nlp, point, self.tolerance)
             recorder.record(iterate)
             if iterate.is_optimal(self.tolerance, self.feasibility):
                 status = Status.OPTIMAL

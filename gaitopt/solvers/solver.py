@@ -28,7 +28,7 @@ from gaitopt.nlp import (
 )
 from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.multipliers import least_squares_multipliers
-from gaitopt.tolerances import AGREEMENT, FEASIBLE
+from gaitopt.tolerances import AGREEMENT, FEASIBILITY, FEASIBLE, OPTIMALITY
 
 
 class Solver(ABC):
@@ -164,9 +164,26 @@ def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: 
     return Iterate(point, multipliers, bound_multipliers, residual)
 
 
-def with_least_squares_multipliers(nlp: NLP, point: Point) -> Iterate:
-    """Judge a point by the multipliers that suit it best, whatever the solver's are."""
-    return make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
+def with_least_squares_multipliers(
+    nlp: NLP, point: Point, tolerance: float = OPTIMALITY
+) -> Iterate:
+    """Judge a point by the multipliers that suit it best, whatever the solver's are.
+
+    They are those of the limits that it is at, if these satisfy the conditions; else of those near
+    it too. A limit at two instants close together has nearly the same gradient at both: allowed to
+    press at both, least squares does, where the point is at it at one of them alone. A method that
+    then holds both goes elsewhere.
+
+    Args:
+        nlp: the program.
+        point: of it.
+        tolerance: on the gradient of the Lagrangian and on complementarity.
+    """
+    at_limits = make_iterate(nlp, point, *least_squares_multipliers(nlp, point, FEASIBILITY))
+    if at_limits.residual.optimality <= tolerance:
+        return at_limits
+    near = make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
+    return min(near, at_limits, key=lambda one: one.residual.optimality)
 
 
 def is_unbounded(nlp: NLP, iterate: Iterate) -> bool:

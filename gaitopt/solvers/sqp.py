@@ -135,7 +135,7 @@ class SQP(SingleStage):
         multipliers = one_sided(known, nlp.rows.lower, nlp.rows.upper)
         first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
         if known.any() and first.violation <= self.feasibility:
-            own = with_least_squares_multipliers(nlp, point)  # those of bounds too
+            own = with_least_squares_multipliers(nlp, point, self.tolerance)  # of bounds too
             if own.is_optimal(self.tolerance, self.feasibility):
                 first = own
         run = _Run(self, nlp, recorder, first, start.hessian)
@@ -226,7 +226,7 @@ class _Run:
         if not due or self.iterate.violation > feasible:
             return False
         self.idle = 0
-        own = with_least_squares_multipliers(self.nlp, self.iterate.point)
+        own = with_least_squares_multipliers(self.nlp, self.iterate.point, self.options.tolerance)
         if not self._is_optimal(own):
             return False
         self.iterate = own

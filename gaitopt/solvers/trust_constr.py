@@ -40,7 +40,7 @@ from gaitopt.solvers.solver import (
     make_iterate,
     with_least_squares_multipliers,
 )
-from gaitopt.tolerances import ACTIVITY, FEASIBILITY, FEASIBLE, OPTIMALITY
+from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 if TYPE_CHECKING:
     from scipy.optimize import NonlinearConstraint
@@ -127,8 +127,12 @@ class _Run:
     def solve(self, x: Array, warm: bool) -> Status:
         """Run rounds until the answer is optimal over all rows, or nothing more helps."""
         u = x / self.program.scale
-        if warm and (self._confirmed(u, ACTIVITY) or self._confirmed(u, HELD)):
-            return Status.OPTIMAL
+        if warm:
+            point, tolerance = self.iterate.point, self.options.tolerance
+            start = with_least_squares_multipliers(self.program.nlp, point, tolerance)
+            held = start.multipliers, start.bound_multipliers
+            if self._confirmed(u, held) or self._confirmed(u, self._near_limits()):
+                return Status.OPTIMAL
         u = self._approach(u)
         return self._arrive(u)
 
@@ -178,13 +182,17 @@ class _Run:
             u = self._minimise(u, APPROACH_ITERATIONS)
             self._polish()
             if self._is_optimal(self.iterate) or (
-                self.iterate.violation <= APPROACHED and self._confirmed(u, HELD)
+                self.iterate.violation <= APPROACHED and self._confirmed(u, self._near_limits())
             ):
                 break
         self.row_scale = self.options.row_scale
         return u
 
-    def _confirmed(self, u: Array, activity: float) -> bool:
+    def _near_limits(self) -> tuple[Array, Array]:
+        """Return multipliers of rows (m,) and bounds (n,) that may hold a solution near by."""
+        return least_squares_multipliers(self.program.nlp, self.iterate.point, HELD)
+
+    def _confirmed(self, u: Array, multipliers: tuple[Array, Array]) -> bool:
         """Try the rows that hold the start as equalities, the others left out.
 
         Then no slack and no barrier moves the iterate away from a start that is a solution. What
@@ -194,9 +202,7 @@ class _Run:
         if self._left <= 0:
             return False
         nlp, inequalities, kept = self.program.nlp, self.working_set, self.iterate
-        self.working_set = working_set_of(
-            nlp, *least_squares_multipliers(nlp, kept.point, activity)
-        )
+        self.working_set = working_set_of(nlp, *multipliers)
         self._minimise(u, CONFIRM)
         self.working_set = inequalities
         if self._is_optimal(self.iterate):
@@ -308,7 +314,9 @@ class _Run:
 
     def _polish(self) -> None:
         """Take least-squares multipliers if they satisfy the conditions better."""
-        iterate = with_least_squares_multipliers(self.program.nlp, self.iterate.point)
+        iterate = with_least_squares_multipliers(
+            self.program.nlp, self.iterate.point, self.options.tolerance
+        )
         if iterate.residual.worst < self.iterate.residual.worst:
             self.iterate = iterate
             self.recorder.keep(iterate)

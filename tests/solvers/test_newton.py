@@ -16,6 +16,7 @@ from gaitopt.solvers.multipliers import nonnegative_least_squares
 from gaitopt.solvers.newton import Newton, is_strict_minimum
 from gaitopt.solvers.solver import Iterate, with_least_squares_multipliers
 from gaitopt.solvers.sqp import SQP
+from gaitopt.solvers.trust_constr import TrustConstr
 from gaitopt.solvers.two_stage import ConfirmedSQP
 
 REGULAR = [program for program in bank.SOLVABLE if program.title != "HS26"]
@@ -85,6 +86,35 @@ def test_where_newton_stops_the_interior_point_method_has_its_say() -> None:
     solution = solver.solve(program, Start(program.start))
     assert solution.status is Status.OPTIMAL
     assert solution.solver == "trust-constr (after sqp)"
+
+
+def test_a_limit_touched_at_one_of_three_instants_close_together_is_confirmed() -> None:
+    """It is 8e-7 away at the two beside, at which least squares would press on it as well."""
+    instants = np.array([-9e-4, 0.0, 9e-4])
+    gradients = np.column_stack([np.ones(3), instants])
+    program = bank.Textbook(
+        title="a parabola below a limit",
+        start=bank.array(0.9, 0.1),
+        cost=lambda x: (x[0] - 3.0) ** 2 + 1e-2 * x[1] ** 2,
+        gradient=lambda x: bank.array(2.0 * (x[0] - 3.0), 2e-2 * x[1]),
+        curvature=lambda x: np.diag([2.0, 2e-2]),
+        value=lambda x: gradients @ x - instants**2,
+        jacobian=lambda x: gradients,
+        row_curvatures=lambda x: [np.zeros((2, 2))] * 3,
+        variables=bank.free(2),
+        rows=bank.limits([-np.inf] * 3, [1.0] * 3),
+        solution=bank.array(1.0, 0.0),
+        best=4.0,
+        multipliers=bank.array(0.0, 4.0, 0.0),
+        bound_multipliers=np.zeros(2),
+    )
+    found = Newton().solve(program, Start(program.solution + 1e-9))
+    assert found.status is Status.OPTIMAL
+    np.testing.assert_allclose(found.x, program.solution, atol=1e-12)
+    np.testing.assert_allclose(found.multipliers, program.multipliers, atol=1e-12)
+    assert ConfirmedSQP().solve(program, Start(program.start)).solver == "sqp+newton"
+    solution = Start(program.solution, program.multipliers)
+    assert TrustConstr().solve(program, solution).status is Status.OPTIMAL
 
 
 @settings(derandomize=True, deadline=None, max_examples=200)
