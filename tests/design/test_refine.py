@@ -89,13 +89,30 @@ def test_newton_and_exchange_alone_refine_to_the_same_walk(sampled_design, monke
 
     monkeypatch.setattr(refinement, "is_strict_minimum", no_minimum)
     held, slow = refine(problem, first, SQP())
-    assert asked == [True]  # once: what exchange finds is taken
+    assert asked == [True] * 2  # at its instants, and beside them; what exchange finds is taken
     for grid, solution in ((moved, quick), (held, slow)):
         assert solution.status is Status.OPTIMAL
         assert not violated_rows(on_fine_grid(grid), solution.x)
     assert quick.cost == pytest.approx(slow.cost, rel=1e-6)
     assert quick.cost > first.cost * (1.0 + 1e-4)
     assert quick.iterations < slow.iterations
+
+
+def test_where_no_minimum_is_strict_at_its_instants_limits_are_held_beside_them(
+    sampled_design, monkeypatch
+):
+    problem, first = sampled_design.problem, sampled_design.solution
+    moved, quick = refine(problem, first, SQP())
+    verdicts = iter((False, True))
+    monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: next(verdicts))
+    beside, again = refine(problem, first, SQP())
+    assert not list(verdicts)
+    assert beside.grid.count > moved.grid.count
+    assert again.status is Status.OPTIMAL
+    assert not violated_rows(on_fine_grid(beside), again.x)
+    assert 0.0 < quick.cost - again.cost < 1e-6 * quick.cost  # half of REFINED is given away
+    assert again.iterations <= quick.iterations + 3
+    assert again.optimality <= refinement.CLOSELY
 
 
 def test_where_exchange_crawls_the_walk_of_newton_is_kept(sampled_design, monkeypatch):
