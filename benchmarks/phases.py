@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from common import RESULTS, arguments, reference_task, robot_of, save
+from common import RESULTS, arguments, robot_of, save
 from tables import table
 
 from gaitopt.catalogue.entries import description, entry_by_name
@@ -26,7 +26,7 @@ from gaitopt.design.starts import design_gait
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import set_geometry
-from gaitopt.gait.presets import humanoid_task
+from gaitopt.gait.presets import humanoid_task, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import TOUCH_DOWNS, Task
 from gaitopt.model.robot import Robot
@@ -45,11 +45,15 @@ FREE_WALKS = {
 """Speeds of other robots [m/s], and first guesses of the duration of their steps [s]."""
 
 
+standard_task = partial(preset_task, "standard")
+"""Makes the task of the biped's walks, with torsional friction as the command line has it."""
+
+
 def free_duration(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield the best walks of the biped, flat and turning, over its speeds."""
     durations = DURATIONS[1:] if quick else DURATIONS
     for speed in SPEEDS[2:3] if quick else SPEEDS:
-        yield {"speed": speed, **best_walks(robot_of(), reference_task, speed, durations)}
+        yield {"speed": speed, **best_walks(robot_of(), standard_task, speed, durations)}
 
 
 def others_free(quick: bool) -> Iterator[dict[str, Any]]:
@@ -112,7 +116,7 @@ def record(one: Design) -> dict[str, Any]:
 def disturbed(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield the walks of the biped at 1 m/s from disturbed first guesses."""
     robot = robot_of()
-    task = reference_task(speed=1.0, duration=0.5, toe_off=BEGIN)
+    task = standard_task(speed=1.0, duration=0.5, toe_off=BEGIN)
     problem = WalkProblem(robot, task)
     options = DesignOptions(toe_begin="given", diagnose=False)
     for seed in range(2 if quick else STARTS):
@@ -146,7 +150,7 @@ def iterations(quick: bool) -> Iterator[dict[str, Any]]:
     for speed in SPEEDS[2:3] if quick else SPEEDS:
         counts = {}
         for kind, begin in (("flat", None), ("toe", BEGIN)):
-            task = reference_task(speed=speed, duration=0.5, toe_off=begin)
+            task = standard_task(speed=speed, duration=0.5, toe_off=begin)
             problem = WalkProblem(robot, task)
             found = attempt(problem, DesignOptions(), first_guess(problem))
             counts[kind] = {"iterations": found.iterations, "status": found.status.name.lower()}
@@ -157,7 +161,7 @@ def heel_strike(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield walks of the biped that land on their heels, alone and with a turn about the toe."""
     robot, options = robot_of(), DesignOptions(toe_begin="given", diagnose=False)
     for speed, name in ((s, n) for s in ((1.0,) if quick else (1.0, 1.2)) for n in HEELS):
-        task = reference_task(speed=speed, duration=0.5).with_changes(**HEELS[name])
+        task = standard_task(speed=speed, duration=0.5).with_changes(**HEELS[name])
         try:
             found = design_gait(robot, task, options)
         except GaitoptError as error:
@@ -180,7 +184,7 @@ def double_support(quick: bool) -> Iterator[dict[str, Any]]:
         ]
         walks += [("both", {"double_support": t}) for t in (TIMES[5:6] if quick else TIMES)]
         for kind, changes in walks:
-            task = reference_task(speed=1.0, duration=duration)
+            task = standard_task(speed=1.0, duration=duration)
             row = {"duration": duration, "kind": kind, "time": changes.get("double_support", 0.0)}
             try:
                 found = design(robot, task.with_changes(**changes), options)
@@ -219,7 +223,7 @@ def toe_off_both(quick: bool) -> Iterator[dict[str, Any]]:
     for speed in (1.0,) if quick else (1.0, 1.2):
         for time in (0.1,) if quick else (0.05, 0.1):
             for begin in (None, *BEGINNINGS):
-                task = reference_task(speed=speed, duration=0.5)
+                task = standard_task(speed=speed, duration=0.5)
                 row = {"speed": speed, "time": time, "turns from": begin}
                 try:
                     asked = task.with_changes(double_support=time, toe_off=begin)

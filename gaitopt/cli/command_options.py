@@ -124,7 +124,12 @@ class SizeOptions:
     output: Path = entry(
         ..., "Directory for motors.toml and the gaits designed again.", **_DIRECTORY
     )
-    aim: str = entry("mass", "What is to be least.", choices=("mass", "loss"), metavar="WHAT")
+    aim: str = entry(
+        "mass",
+        "What is to be least, mass or (copper) loss.",
+        choices=("mass", "loss"),
+        metavar="WHAT",
+    )
     reserve: float | None = entry(
         None, "Of torque, heat and voltage, over what the gaits ask; by default 1.1.",
         metavar="FACTOR",

@@ -96,8 +96,10 @@ def run(given: Settings, options: OptimiseOptions) -> None:
         finally:
             if not quiet:
                 print_gait(out, found.gait)
-        if not quiet and (fragile := fragile_line(found.gait)):
-            warn(errors, "fragile", fragile)
+        if not quiet and (fragile := fragile_lines(found.gait)):
+            warn(errors, "fragile", fragile[0])
+            for line in fragile[1:]:
+                errors.print(f"  {line}", soft_wrap=True)
         if output is not None and not quiet:
             names = ", ".join(path.name for path in written)
             out.print(f"wrote to {output}: {names}", soft_wrap=True)
@@ -118,17 +120,18 @@ def _ready_to_draw(request: Request, options: OptimiseOptions) -> Callable[[], N
     return None
 
 
-def fragile_line(gait: Gait) -> str:
+def fragile_lines(gait: Gait) -> list[str]:
     """Return what in a gait is beyond what walks in simulation, with the options; or nothing."""
     weak = [point for point in weak_points(gait) if point.weak]
     if not weak:
-        return ""
+        return []
     # a foot that turns about an edge seldom keeps all of its margins
     all_of_them = "" if gait.turning or gait.lands_on_line else f"--preset {ROBUST} sets all; "
-    points = "; ".join(map(str, weak))
-    return (
-        f"under feedback it may fall or cost more: {points}. {all_of_them}gaitopt simulate walks it"
-    )
+    return [
+        "under feedback it may fall or cost more",
+        *map(str, weak),
+        f"{all_of_them}gaitopt simulate walks it",
+    ]
 
 
 def exit_code(found: Design) -> ExitCode:

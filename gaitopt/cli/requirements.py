@@ -10,7 +10,7 @@ from rich.table import Table
 
 from gaitopt.actuators.motors import MotorTable, read_motors
 from gaitopt.cli.command_options import RequirementsOptions
-from gaitopt.cli.display import ABSENT, new_table, screen
+from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
 from gaitopt.design.requirements import (
@@ -53,6 +53,14 @@ _USES = {
     "copper_loss": "loss\nW",
 }
 _SCALES = {"speed_at_peak_torque": RPM, "peak_speed": RPM, "duty": 0.01}
+_COMPARED = tuple(name for name in FIGURES if not name.startswith(("speed_at", "torque_at")))
+"""What a change of is told: not what happens to go with a peak."""
+_SHARES = {
+    "peak_share": "its motor's peak torque",
+    "rms_share": "its motor's continuous torque: too hot",
+    "voltage_share": "its motor's voltage",
+}
+_FULL = 1.0 + 1e-6  # of a limit: what is certified may lie on it
 _TITLE = "What each motor must deliver over a stride, at its joint or at the crank that it turns"
 _ZERO = 1e-9  # of any unit: nothing to compare with
 
@@ -81,16 +89,25 @@ def run(asked: RequirementsOptions) -> None:
     _print_requirements(out, worst, _TITLE)
     uses = [] if table is None else motor_uses(loops, table)
     if uses:
-        out.print(use_table(worst_case(uses, USES)), width=width)
+        used = worst_case(uses, USES)
+        out.print(use_table(used), width=width)
+        out.print()
+        beyond = overloads(used)
+        for line in beyond:
+            warn(out, "too much", line)
+        if beyond:
+            out.print()
     if len(loops) > 1:
         numbers = {label: str(number) for number, label in enumerate(loops, 1)}
         out.print(deciding_table(worst, numbers), width=width)
+        out.print()
         for label, number in numbers.items():
             out.print(f"{number}: {label}", soft_wrap=True)
     if other:
         theirs = worst_case(requirements_of(other))
         _print_requirements(out, theirs, "The other design")
         out.print(difference_table(worst, theirs), width=width)
+        out.print()
     if output is not None:
         out.print(f"wrote {write_requirements(each, worst, output, uses)}", soft_wrap=True)
     if figure is not None:
@@ -146,6 +163,7 @@ def _print_requirements(out: Console, worst: Sequence[MotorRequirement], title: 
             table.add_row(one.motor, *cells)
         if own:
             out.print(table, width=min(out.width, WIDTH))
+            out.print()
 
 
 def use_table(worst: Sequence[MotorRequirement]) -> Table:
@@ -165,6 +183,16 @@ def _use(name: str, value: float) -> str:
     return f"{value / RPM:.0f}" if name == "peak_speed" else f"{value:.3g}"
 
 
+def overloads(worst: Sequence[MotorRequirement]) -> list[str]:
+    """Return a sentence for every limit of a motor that the gaits are beyond."""
+    return [
+        f"{one.motor} takes {100.0 * one.values[name]:.0f} % of {what}"
+        for one in worst
+        for name, what in _SHARES.items()
+        if one.values[name] > _FULL
+    ]
+
+
 def deciding_table(worst: Sequence[MotorRequirement], numbers: Mapping[str, str]) -> Table:
     """Return the table of the gaits that decide, by their numbers."""
     table = new_table(
@@ -178,10 +206,10 @@ def deciding_table(worst: Sequence[MotorRequirement], numbers: Mapping[str, str]
 def difference_table(worst: Sequence[MotorRequirement], other: Sequence[MotorRequirement]) -> Table:
     """Return the table of how much more the other design asks of each motor [%]."""
     own, theirs = ({(one.motor, one.slides): one.values for one in of} for of in (worst, other))
-    headers = (f">{_HEADERS[name].split()[0]}\n%" for name in FIGURES)
+    headers = (f">{_HEADERS[name].split()[0]}\n%" for name in _COMPARED)
     table = new_table("How much more the other design asks", "motor", *headers)
     for motor in dict.fromkeys([*own, *theirs]):
-        cells = (_change(own.get(motor), theirs.get(motor), name) for name in FIGURES)
+        cells = (_change(own.get(motor), theirs.get(motor), name) for name in _COMPARED)
         table.add_row(motor[0], *cells)
     return table
 

@@ -67,7 +67,10 @@ def run(asked: SimulateOptions) -> None:
         steps=asked.steps, friction=asked.friction, frames=FRAMES if seen else 0.0
     )
     make = CONTROLLERS[controller]()
+    tell = _progress(asked.quiet)
+    tell("undisturbed")
     walk = simulate(gait, options, make)
+    tell("small disturbances")
     engine, points = second_engine(gait), weak_points(gait)
     try:
         orbit = stability(gait)
@@ -75,9 +78,8 @@ def run(asked: SimulateOptions) -> None:
         orbit = None
     tried = None
     if walk.walked:
-        tell = _progress(asked.quiet)
         tried = battery(gait, options, make, thorough=asked.thorough, on_progress=tell)
-        tell("")
+    tell("")
     report = Report(gait, walk, engine, points, orbit, tried, controller, options)
     if output is not None:
         record = {**summarise(gait), "simulation": simulation_record(report)}
@@ -122,11 +124,13 @@ class Report:
 
 
 def _progress(quiet: bool) -> Callable[[str], None]:
-    """Return what shows the name of what is tried on a terminal, in one line."""
+    """Return what shows the name of what is tried: in one line of a terminal, or a line each."""
     console = screen(stderr=True)
-    if quiet or not console.is_terminal:
+    if quiet:
         return lambda _: None
-    return lambda name: console.print(f"{name:40}", end="\r")
+    if console.is_terminal:
+        return lambda name: console.print(f"{name:40}", end="\r")
+    return lambda name: console.print(f"walking: {name}", soft_wrap=True) if name else None
 
 
 def simulation_record(report: Report) -> dict[str, object]:
@@ -238,6 +242,7 @@ def _print_report(report: Report) -> None:
     walk, points, out = report.walk, report.points, screen()
     for table in _tables(report):
         out.print(table)
+        out.print()
     out.print(f"second engine: {report.engine}", soft_wrap=True)
     out.print(
         f"controller {report.controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s",

@@ -7,14 +7,16 @@ from pathlib import Path
 import typer
 
 from gaitopt.cli.command_options import TransitionOptions
-from gaitopt.cli.process import ExitCode, refuse_options
+from gaitopt.cli.display import ProgressDisplay, screen
+from gaitopt.cli.process import ExitCode, print_error, refuse_options, stop_on_interrupt
 from gaitopt.cli.results import require_files
 from gaitopt.cli.show import loaded
 from gaitopt.design.transition import TransitionDesign, design_transition
-from gaitopt.errors import InputError, did_you_mean
+from gaitopt.errors import InputError, StoppedError, did_you_mean
 from gaitopt.gait.result import Gait
 from gaitopt.gait.standing import STRETCH
 from gaitopt.gait.transition_file import save_transition
+from gaitopt.nlp import Status
 from gaitopt.units import read_number
 
 STANDING = "standing"
@@ -42,15 +44,40 @@ def run(asked: TransitionOptions) -> None:
         given = {f"--stretch {asked.stretch:g}": asked.stretch != STRETCH}
         refuse_options(given, f"where the robot stands, with '{STANDING}' at one end")
     before, after = _end(begin), _end(finish)
-    found = design_transition(
-        before, after, steps=asked.steps, durations=_durations(asked.duration), shift=asked.shift,
-        stretch=asked.stretch,
-    )  # fmt: skip
+    found = _designed(asked, before, after)
     for line in _lines(found):
         typer.echo(line)
     typer.echo(f"wrote {save_transition(found.transition, output)}")
     if not found.certificate.certified:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
+    if found.solution.status is Status.INTERRUPTED:
+        raise typer.Exit(ExitCode.INTERRUPTED)
+
+
+def _designed(
+    asked: TransitionOptions, before: Gait | None, after: Gait | None
+) -> TransitionDesign:
+    """Return the transition, its search shown on the screen.
+
+    Raises:
+        GaitoptError: there is none.
+        typer.Exit: Ctrl-C was pressed before there was one.
+    """
+    errors, durations = screen(stderr=True), _durations(asked.duration)
+    with (
+        stop_on_interrupt(announce=not errors.is_terminal) as stop,
+        ProgressDisplay(errors, stop, quiet=False) as progress,
+    ):
+        try:
+            found = design_transition(
+                before, after, steps=asked.steps, durations=durations, shift=asked.shift,
+                stretch=asked.stretch, on_progress=progress, stop=stop,
+            )  # fmt: skip
+        except StoppedError:
+            print_error("interrupted before there was a result; nothing was written")
+            raise typer.Exit(ExitCode.INTERRUPTED) from None
+        progress.finish(found.solution, found.transition.cost_unit)
+    return found
 
 
 def _end(text: str) -> Gait | None:

@@ -9,6 +9,7 @@ from gaitopt.escape import html_text
 
 _HEIGHT = 640  # pixels of a frame
 _SHORT = 24  # characters; a longer text may be broken
+_SHORT_NUMBER = 12  # characters of a number with its unit, which stay together
 
 
 class Page(str):
@@ -63,11 +64,16 @@ def table_text(section: Section) -> str:
 
 
 def _cells(row: tuple[str, ...], classes: list[str]) -> str:
-    short = ' class="short"'
     return "".join(
-        f"<td{kind or short if len(cell) < _SHORT else kind}>{_lines(cell)}</td>"
+        f"<td{_kind(cell, kind)}>{_lines(cell)}</td>"
         for kind, cell in zip(classes, row, strict=True)
     )
+
+
+def _kind(cell: str, kind: str) -> str:
+    if kind:
+        return ' class="number short"' if len(cell) < _SHORT_NUMBER else kind
+    return ' class="short"' if len(cell) < _SHORT else ""
 
 
 def _lines(text: str) -> str:

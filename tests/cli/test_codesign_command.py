@@ -42,6 +42,9 @@ def test_robot_walks_and_report_are_written(finished):
     assert f"{found['found']:.4g}" in page
     assert "data:image/png;base64," in page
     assert "What holds it" in page
+    assert 'name="viewport"' in page
+    assert page.count("<table>") == page.count('<div class="table"><table>') == 2
+    assert "gaitopt requirements before/1.npz --against after/1.npz" in page
     for text in summary["held"]:
         assert text in page
 

@@ -44,6 +44,9 @@ def test_tables_of_one_gait_and_of_two_fit_the_page(cli, gait_file, slow):
     other = {one.motor: one for one in motor_loops(load_gait(slow))}
     theirs = requirement(other["knee"], "").peak_torque
     assert less[1] == f"{100.0 * (theirs / found.peak_torque - 1.0):+.1f}"
+    heads = next(line for line in reversed(lines) if line.startswith("motor"))
+    assert "%" in heads
+    assert len(less) == len(FIGURES) - 1  # all but what goes with a peak, and the name
     assert "In which gait" not in cli("requirements", gait_file).stdout
 
 
@@ -200,6 +203,12 @@ def test_the_motors_side_of_the_gear(cli, motors, driven, gait_file, tmp_path):
     assert use["peak_speed"] == pytest.approx(6.0 * np.abs(knee.rate).max())
     line = knee.torque / (0.1 * 6 * 0.9 * 480.0) + knee.rate / (4400 * np.pi / 30 / 6)
     assert use["voltage_share"] == pytest.approx(np.abs(line).max())
+    hot = {line.split(" takes")[0] for line in result.stdout.splitlines() if "continuous" in line}
+    uses = tomllib.loads(path.read_text())["motors"].items()
+    shares = {name: one["before_gear"][str(driven / "gait.npz")] for name, one in uses}
+    over = {name for name, one in shares.items() if one["rms_share"] > 1.0}
+    assert hot == {f"too much: {name}" for name in over}
+    assert 0 < len(over) < len(shares)
     assert "envelope of the motor" in picture.read_text()
     # of a gait that was designed without rotors, those of the table are accelerated too
     bare, with_rotors = (

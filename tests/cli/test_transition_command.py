@@ -31,6 +31,7 @@ def test_it_writes_a_file_and_says_what_it_found(cli, walk, tmp_path):
     assert "from standing to 1 m/s, 2 steps" in result.stdout
     assert "certified" in result.stdout
     assert load_transition(path).certified
+    assert "kept walk, iterations" in result.stderr  # it tells how far it is
 
 
 def test_its_file_is_checked(cli, start):

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from gaitopt.cli.optimise import fragile_line
+from gaitopt.cli.optimise import fragile_lines
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait
 from gaitopt.design.walkability import LANDING, PRESSURE, weak_points
@@ -74,7 +74,7 @@ def test_it_walks_as_designed(gait, make):
 
 
 def test_no_preset_is_advised_that_walks_on_heel_and_toe_seldom_keep(gaits):
-    heeled = fragile_line(gaits["heel and toe"])
+    heeled = " ".join(fragile_lines(gaits["heel and toe"]))
     assert "raise --" in heeled
     assert "--preset" not in heeled
 
