@@ -20,7 +20,7 @@ SAYS = {
     r" +4\.0 rad/s +\d+\.\d N²·m·s, fastest knee 4\.00.*certified",
     "04": r"torque +135\d .*\ntorque and rate +19\d\d .*\ntorque and rate +\d{4} ",
     "05": r"0\.8 m/s +135\d\.\d N²·m·s, certified\n.*cheapest per metre: 0\.7 m/s",
-    "06": r"\.png: \d+ kB",
+    "06": r"\| 1\.1 \| 7130\.79 \| 7202\.\d+ \| \+1\.\d+ % .*wrote \S+step\.png",
     "07": r"800 instants, mean speed 1\.0\d m/s\nvertical ground force \d+ to \d+ N",
     "08": r"as it is +135\d .*\nshin 2 cm longer +\d+ .*\ntrunk 5 kg heavier +\d+ ",
 }
