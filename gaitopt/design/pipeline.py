@@ -160,7 +160,9 @@ def _relaxed_walk(
     stop: Stop,
 ) -> tuple[Start, Solution]:
     """Return where the relaxed walk leads to, and the work it took."""
-    margins = replace(problem.task.margins, liftoff_speed=RELAXED_LIFTOFF)
+    margins = replace(
+        problem.task.margins, liftoff_speed=RELAXED_LIFTOFF * problem.robot.scales.speed
+    )
     easier = problem.with_task(replace(problem.task, margins=margins))
     found = options.solver.first_stage.solve(
         derived(easier, options), Start(x), callback, stopping(stop)

@@ -36,6 +36,7 @@ from gaitopt.units import DEGREES, SINE
 if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
     from gaitopt.model.robot import Robot
+    from gaitopt.model.scales import Scales
 
 USABLE = f"between {1.0 / NUMBER:g} and {NUMBER:g}"
 
@@ -238,6 +239,11 @@ class ConstraintContext:
     lateral_speed: float = 0.0
     turn_rate: float = 0.0
     steps: int = 1
+
+    @property
+    def scales(self) -> Scales:
+        """Sizes of the robot, by which rows are scaled."""
+        return self.robot.scales
 
     @property
     def swinging(self) -> NDArray[np.bool_]:

@@ -47,6 +47,7 @@ from gaitopt.settings import checked
 if TYPE_CHECKING:
     from gaitopt.mechanics.body_pairs import CapsulePairs
 
+# Of the thirteen-link biped; those of other robots are in proportion, see `Scales`.
 FORCE_SCALE = 500.0  # N
 MOMENT_SCALE = 100.0  # N.m
 IMPULSE_SCALE = 50.0  # N.s
@@ -54,6 +55,7 @@ IMPULSE_MOMENT_SCALE = 5.0  # N.m.s
 TORSION_SCALE = 20.0  # N.m
 IMPULSE_TORSION_SCALE = 1.0  # N.m.s
 LENGTH_SCALE = 0.1  # m
+ANGLE_SCALE = 0.1  # rad
 FOOT_LIFT_SCALE = 10.0  # rad/s²
 FORCE_SMOOTHING = 0.05  # N, rounds the tip of the friction cone
 IMPULSE_SMOOTHING = 10**-4.5  # N.s
@@ -302,10 +304,12 @@ class Load(Constraint):
     reads, margins = (quantities.WRENCH,), ("minimum_load",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        lower = np.where(context.swinging, context.margins.minimum_load, LEAST_FORCE)
+        lower = np.where(
+            context.swinging, context.margins.minimum_load, LEAST_FORCE * context.scales.force
+        )
         return self.over_step(
             context, Entries(slice(2, 3), 6), ("vertical ground force",), lower=lower[:, None],
-            scale=FORCE_SCALE,
+            scale=FORCE_SCALE * context.scales.force,
         )  # fmt: skip
 
 
@@ -317,9 +321,11 @@ class Friction(Constraint):
     couplings: ClassVar = {"friction": ("load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING)
+        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING * context.scales.force)
         labels = ("friction cone margin",)
-        return self.over_step(context, cone, labels, lower=0.0, scale=FORCE_SCALE)
+        return self.over_step(
+            context, cone, labels, lower=0.0, scale=FORCE_SCALE * context.scales.force
+        )
 
 
 class CentreOfPressure(Constraint):
@@ -333,7 +339,9 @@ class CentreOfPressure(Constraint):
         labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
         rows = np.stack([_edge_moments(context, p.contact) for p in context.schedule.phases])
         moments = Linear(rows[0] if len(rows) == 1 else rows[context.phases])
-        return self.over_step(context, moments, labels, lower=0.0, scale=MOMENT_SCALE)
+        return self.over_step(
+            context, moments, labels, lower=0.0, scale=MOMENT_SCALE * context.scales.moment
+        )
 
 
 class FootAngle(Constraint):
@@ -376,7 +384,12 @@ class FootLift(FootAngle):
         labels = ("angular acceleration of the stance foot",)
         rows = Entries(slice(2, 3), 3)
         return self.over_step(
-            context, rows, labels, lower=0.0, scale=FOOT_LIFT_SCALE, instants=instants
+            context,
+            rows,
+            labels,
+            lower=0.0,
+            scale=FOOT_LIFT_SCALE * context.scales.rate**2,
+            instants=instants,
         )
 
 
@@ -393,7 +406,9 @@ class SoftLanding(Constraint):
         flat = context.schedule.first.contact.resting().all()
         held = list(range(6)) if flat else [0, 1, 2, 3, 5]  # about a line there is none anyway
         labels = tuple(f"impulse, {quantities.IMPULSE.entries[k]}" for k in held)
-        scale = np.where(np.array(held) < 3, IMPULSE_SCALE, IMPULSE_MOMENT_SCALE)
+        own = context.scales
+        linear, angular = IMPULSE_SCALE * own.impulse, IMPULSE_MOMENT_SCALE * own.angular_impulse
+        scale = np.where(np.array(held) < 3, linear, angular)
         return self.once(Linear(np.eye(6)[held]), labels, lower=0.0, upper=0.0, scale=scale)
 
 
@@ -429,7 +444,8 @@ class FrontLoad(_OfFront):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         rows, labels = Entries(slice(2, 3), 6), ("vertical ground force",)
-        return self.while_both(context, rows, labels, LEAST_FORCE, FORCE_SCALE)
+        force = context.scales.force
+        return self.while_both(context, rows, labels, LEAST_FORCE * force, FORCE_SCALE * force)
 
 
 class FrontFriction(_OfFront):
@@ -440,8 +456,9 @@ class FrontFriction(_OfFront):
     couplings: ClassVar = {"friction": ("front load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING)
-        return self.while_both(context, cone, ("friction cone margin",), 0.0, FORCE_SCALE)
+        force = context.scales.force
+        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING * force)
+        return self.while_both(context, cone, ("friction cone margin",), 0.0, FORCE_SCALE * force)
 
 
 class FrontCentreOfPressure(_OfFront):
@@ -454,7 +471,7 @@ class FrontCentreOfPressure(_OfFront):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
         moments = Linear(_edge_moments(context, FlatFoot()))
-        return self.while_both(context, moments, labels, 0.0, MOMENT_SCALE)
+        return self.while_both(context, moments, labels, 0.0, MOMENT_SCALE * context.scales.moment)
 
 
 class FrontTorsion(_OfFront):
@@ -465,9 +482,11 @@ class FrontTorsion(_OfFront):
     couplings: ClassVar = {"torsional_friction": ("front load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_FORCE)
+        torsion = Torsion(
+            context.margins.torsional_friction or 0.0, LEAST_FORCE * context.scales.force
+        )
         labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
-        return self.while_both(context, torsion, labels, 0.0, TORSION_SCALE)
+        return self.while_both(context, torsion, labels, 0.0, TORSION_SCALE * context.scales.moment)
 
 
 FRONT = (FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion())
@@ -490,9 +509,10 @@ class ImpulseUp(_OfImpact):
     reads = (quantities.IMPULSE,)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        del context
         labels = ("vertical impact impulse",)
-        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
+        return self.once(
+            Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE * context.scales.impulse
+        )
 
 
 class ImpulseFriction(_OfImpact):
@@ -503,8 +523,13 @@ class ImpulseFriction(_OfImpact):
     couplings: ClassVar = {"friction": ("impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING)
-        return self.once(cone, ("impulse friction cone margin",), lower=0.0, scale=IMPULSE_SCALE)
+        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING * context.scales.impulse)
+        return self.once(
+            cone,
+            ("impulse friction cone margin",),
+            lower=0.0,
+            scale=IMPULSE_SCALE * context.scales.impulse,
+        )
 
 
 class LiftOff(_OfImpact):
@@ -522,7 +547,9 @@ class LiftOff(_OfImpact):
         labels = tuple(
             f"rear foot {CORNER_NAMES[c]} lift-off speed" for c in np.flatnonzero(resting)
         )
-        return self.once(speeds, labels, lower=context.margins.liftoff_speed)
+        return self.once(
+            speeds, labels, lower=context.margins.liftoff_speed, scale=context.scales.speed
+        )
 
 
 class _LeastHeight(Constraint):
@@ -540,11 +567,12 @@ class _LeastHeight(Constraint):
         inside, s, aloft = _while_aloft(context)
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} {self.label}" for point in points)
-        least = np.where(aloft, self._least(context, s), UNLIMITED_HEIGHT)
+        length = context.scales.length
+        least = np.where(aloft, self._least(context, s), UNLIMITED_HEIGHT * length)
         lower = np.repeat(least[:, None], len(points), axis=1)
-        lower[:, len(CORNER_NAMES) :] -= _BETWEEN_CORNERS
+        lower[:, len(CORNER_NAMES) :] -= _BETWEEN_CORNERS * length
         return self.over_step(
-            context, function, labels, lower=lower, scale=self.scale, instants=inside
+            context, function, labels, lower=lower, scale=self.scale * length, instants=inside
         )
 
 
@@ -578,7 +606,7 @@ class Lateral(Constraint):
         labels = tuple(f"swing foot {c} sideways" for c in CORNER_NAMES)
         return self.over_step(
             context, _corner_entries(1, side), labels,
-            lower=edge + context.margins.lateral_gap, scale=LENGTH_SCALE,
+            lower=edge + context.margins.lateral_gap, scale=LENGTH_SCALE * context.scales.length,
         )  # fmt: skip
 
 
@@ -611,7 +639,12 @@ class LegLength(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         longest = (context.margins.leg_extension or 1.0) * context.robot.legs.reach
-        return self.once(Length(), ("hip-ankle distance",), upper=longest, scale=LENGTH_SCALE)
+        return self.once(
+            Length(),
+            ("hip-ankle distance",),
+            upper=longest,
+            scale=LENGTH_SCALE * context.scales.length,
+        )
 
 
 class JointRange(Constraint):
@@ -639,7 +672,12 @@ class ImpulseCentreOfPressure(_OfImpact):
         moments = Linear(_edge_moments(context, contact))
         along = [-FREE, -FREE, 0.0, 0.0]  # on a line it is there ahead and behind, whatever x
         lower = np.zeros(4) if contact.resting().all() else np.array(along)
-        return self.once(moments, labels, lower=lower, scale=IMPULSE_MOMENT_SCALE)
+        return self.once(
+            moments,
+            labels,
+            lower=lower,
+            scale=IMPULSE_MOMENT_SCALE * context.scales.angular_impulse,
+        )
 
 
 class WalkingSpeed(Constraint):
@@ -652,12 +690,14 @@ class WalkingSpeed(Constraint):
         return context.speed_as == "constraint"
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
+        length = context.scales.length
         if context.steps == 1:
             rows = Linear(np.array([[-1.0, context.speed]]))
-            return self.once(rows, ("V T - d",), lower=0.0, upper=0.0)
+            return self.once(rows, ("V T - d",), lower=0.0, upper=0.0, scale=length)
         way = StrideSpeed(context.speed, context.lateral_speed, context.turn_rate)
         labels = ("V T - d", "way to the left that the speed asks for - way")
-        return replace(self.once(way, labels, lower=0.0, upper=0.0), reads=(quantities.ADVANCE,))
+        block = self.once(way, labels, lower=0.0, upper=0.0, scale=length)
+        return replace(block, reads=(quantities.ADVANCE,))
 
 
 class Tread(Constraint):
@@ -671,7 +711,8 @@ class Tread(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         rows = Linear(np.array([[0.0, 0.0, context.speed, -1.0]]))
-        return self.once(rows, ("V T - length of the first step",), lower=0.0, upper=0.0)
+        labels = ("V T - length of the first step",)
+        return self.once(rows, labels, lower=0.0, upper=0.0, scale=context.scales.length)
 
 
 class Closure(Constraint):
@@ -684,10 +725,10 @@ class Closure(Constraint):
         return context.boundary == "lifted"
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        del context
         labels = tuple(f"closure {how} {axis}" for how in ("along", "about") for axis in "xyz")
         rows = Entries(slice(0, 6), 6)
-        return self.once(rows, labels, lower=0.0, upper=0.0, scale=LENGTH_SCALE)
+        scale = np.repeat([LENGTH_SCALE * context.scales.length, ANGLE_SCALE], 3)
+        return self.once(rows, labels, lower=0.0, upper=0.0, scale=scale)
 
 
 class _Trunk(Constraint):
@@ -729,9 +770,13 @@ class TorsionalFriction(Constraint):
     couplings: ClassVar = {"torsional_friction": ("load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_FORCE)
+        torsion = Torsion(
+            context.margins.torsional_friction or 0.0, LEAST_FORCE * context.scales.force
+        )
         labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
-        return self.over_step(context, torsion, labels, lower=0.0, scale=TORSION_SCALE)
+        return self.over_step(
+            context, torsion, labels, lower=0.0, scale=TORSION_SCALE * context.scales.moment
+        )
 
 
 class ImpulseTorsion(_OfImpact):
@@ -743,9 +788,13 @@ class ImpulseTorsion(_OfImpact):
     couplings: ClassVar = {"torsional_friction": ("impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_IMPULSE)
+        torsion = Torsion(
+            context.margins.torsional_friction or 0.0, LEAST_IMPULSE * context.scales.impulse
+        )
         labels = tuple(f"impulse torsional friction margin to the {s}" for s in ("left", "right"))
-        return self.once(torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE)
+        return self.once(
+            torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE * context.scales.angular_impulse
+        )
 
 
 class LegGap(Constraint):
@@ -811,7 +860,9 @@ class SwingHeight(Constraint):
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} height above ground" for point in points)
         limit = context.margins.swing_height or 0.0
-        return self.over_step(context, function, labels, upper=limit, scale=LENGTH_SCALE)
+        return self.over_step(
+            context, function, labels, upper=limit, scale=LENGTH_SCALE * context.scales.length
+        )
 
 
 class LandingSpeed(_LeastHeight):
@@ -840,7 +891,12 @@ class LandingImpulse(_OfImpact):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         most = (context.margins.landing_impulse or 0.0) * context.robot.mass
         labels = ("vertical impact impulse over its limit",)
-        return self.once(Entries(slice(2, 3), 6), labels, upper=most, scale=IMPULSE_SCALE)
+        return self.once(
+            Entries(slice(2, 3), 6),
+            labels,
+            upper=most,
+            scale=IMPULSE_SCALE * context.scales.impulse,
+        )
 
 
 class _OfRearImpulse(Constraint):
@@ -869,7 +925,9 @@ class RearImpulseUp(_OfRearImpulse):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = (f"{_struck_foot(context)}, vertical impact impulse",)
-        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
+        return self.once(
+            Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE * context.scales.impulse
+        )
 
 
 class RearImpulseFriction(_OfRearImpulse):
@@ -880,9 +938,9 @@ class RearImpulseFriction(_OfRearImpulse):
     couplings: ClassVar = {"friction": ("rear impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING)
+        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING * context.scales.impulse)
         labels = (f"{_struck_foot(context)}, impulse friction cone margin",)
-        return self.once(cone, labels, lower=0.0, scale=IMPULSE_SCALE)
+        return self.once(cone, labels, lower=0.0, scale=IMPULSE_SCALE * context.scales.impulse)
 
 
 class RearImpulseCentreOfPressure(_OfRearImpulse):
@@ -899,7 +957,9 @@ class RearImpulseCentreOfPressure(_OfRearImpulse):
         schedule = context.schedule
         contact = FlatFoot() if schedule.slapping else schedule.last.contact
         moments = Linear(_edge_moments(context, contact))
-        return self.once(moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE)
+        return self.once(
+            moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE * context.scales.angular_impulse
+        )
 
 
 class RearImpulseTorsion(_OfRearImpulse):
@@ -911,12 +971,16 @@ class RearImpulseTorsion(_OfRearImpulse):
     couplings: ClassVar = {"torsional_friction": ("rear impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_IMPULSE)
+        torsion = Torsion(
+            context.margins.torsional_friction or 0.0, LEAST_IMPULSE * context.scales.impulse
+        )
         foot = _struck_foot(context)
         labels = tuple(
             f"{foot}, impulse torsional friction margin to the {s}" for s in ("left", "right")
         )
-        return self.once(torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE)
+        return self.once(
+            torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE * context.scales.angular_impulse
+        )
 
 
 CONSTRAINTS: tuple[Constraint, ...] = (
@@ -954,7 +1018,7 @@ def _apart(
     return constraint.over_step(
         context, Entries(slice(0, count), count),
         tuple(f"gap between {name}" for name in pairs.names),
-        lower=pairs.least(gap or 0.0), scale=LENGTH_SCALE,
+        lower=pairs.least(gap or 0.0), scale=LENGTH_SCALE * context.scales.length,
     )  # fmt: skip
 
 

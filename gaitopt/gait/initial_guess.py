@@ -23,9 +23,11 @@ from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
     FOOT_YAW,
+    KNOT_SCALE,
     PELVIS_FORWARD,
     PELVIS_HEIGHT,
     PELVIS_LATERAL,
+    RATE_SCALE,
     STEP_LENGTH,
     TRUNK_PITCH,
     Layout,
@@ -45,8 +47,10 @@ from gaitopt.nlp import Array
 _CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
 _LONGEST = 0.97  # of the leg's length, in double support
 _TRUNK_PITCH = 0.05  # rad
-_CLEAR_OF_GAP = 0.014  # m: the guess keeps this much off the lateral constraint
-_EXTRA_LIFT = 0.02  # m above the clearance profile
+_CLEAR_OF_GAP = (
+    0.014  # m, of the thirteen-link biped: the guess keeps so far off the lateral constraint
+)
+_EXTRA_LIFT = 0.02  # m above the clearance profile, likewise
 _FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a heel may never rise
 _LANDING_ANGLE = 0.15  # rad, where the foot lands on its heel
 _HAIR = 1e-12  # between bounds that are equal: least squares wants room
@@ -54,7 +58,7 @@ _BESIDE = 0.4  # of the pelvis' distance from the stance foot at rest, as the ot
 _WIDER = 1.2  # steps of a transition than of a walk: it begins to fall sideways, or ceases to
 _LOWERED, _LOWER = 10, 0.02  # times, and by how much of the leg's length, for a leg to reach
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
-_PUSH = 0.05  # m/s: vertical impulse of an impact that both feet take, over the mass
+_PUSH = 0.05  # m/s, likewise: vertical impulse of an impact that both feet take, over the mass
 
 
 def first_guess(problem: WalkProblem) -> Array:
@@ -114,7 +118,7 @@ def _guessed_step(
     q_end = problem.model.exchange @ following
     pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
     count = layout.postures
-    lift = problem.task.margins.clearance + _EXTRA_LIFT + problem.task.ground.lift
+    lift = problem.task.margins.clearance + _extra_lift(problem) + problem.task.ground.lift
     knots = []
     inner = problem.model.basis.knots[1:-1]
     for s in inner if turns.turns else np.arange(1, count + 1) / (count + 1):
@@ -212,7 +216,7 @@ def _guessed_closing(
     turns, pelvis, rear = _turns(problem, geometry), start.pelvis, start.rear
     q_end = model.exchange @ following
     pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
-    lift = problem.task.margins.clearance + _EXTRA_LIFT
+    lift = problem.task.margins.clearance + _extra_lift(problem)
 
     def posture(s: float) -> Array:
         share = min(s / model.touch, 1.0)
@@ -234,10 +238,15 @@ def _guessed_closing(
     bends, push = [np.zeros(own.size), bend[own]], np.zeros(TWIST * model.striking)
     if model.striking:
         bends.append(np.zeros(own.size))
-        push[2] = _PUSH * problem.robot.mass
+        push[2] = _PUSH * problem.robot.scales.speed * problem.robot.mass
         push[4] = -push[2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
     more = np.concatenate([turns.parameters, *bends, wrench.ravel(), push])
     return layout.pack(np.array(early), rate[own], start.q, geometry, more)
+
+
+def _extra_lift(problem: WalkProblem) -> float:
+    """Return how far the foot rises above its clearance [m]."""
+    return _EXTRA_LIFT * problem.robot.scales.length
 
 
 @dataclass(frozen=True)
@@ -327,12 +336,15 @@ def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
     Args:
         problem: the walk x belongs to.
         x: parameters, shape (P,).
-        sigma: standard deviation [rad], and [rad/s] for the rates before impact.
+        sigma: standard deviation [rad], and [rad/s] for the rates of the thirteen-link biped, those
+            of other robots in proportion.
         seed: of the random generator.
     """
     noisy = np.array(x)
     joints = problem.layout.of_joints
-    noisy[joints] += np.random.default_rng(seed).normal(0.0, sigma, len(joints))
+    noise = np.random.default_rng(seed).normal(0.0, sigma, len(joints))
+    sizes = problem.variables.scale[joints]
+    noisy[joints] += noise * np.where(sizes == KNOT_SCALE, 1.0, sizes / RATE_SCALE)
     return noisy
 
 
@@ -343,7 +355,9 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
     guess = layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
     narrowest = robot.sole.width + task.margins.lateral_gap
-    spacing = legs.side * max(abs(legs.stance_width), narrowest + _CLEAR_OF_GAP)
+    spacing = legs.side * max(
+        abs(legs.stance_width), narrowest + _CLEAR_OF_GAP * robot.scales.length
+    )
     aside = (2 * number - 1) * task.lateral_speed * task.duration  # half of what a step widens
     spacing += (aside + legs.side * abs(aside)) if task.steps > 1 else 0.0
     share = 0.0 if task.double_support is None else task.double_support / task.duration

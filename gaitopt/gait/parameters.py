@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, there_are
 from gaitopt.gait import foot_turn
+from gaitopt.model.scales import BIPED, Scales
 from gaitopt.nlp import Array
 from gaitopt.settings import checked
 
@@ -89,6 +90,7 @@ class Layout:
             front foot an impulse.
         rise: of the footprint ahead over that of the stance foot [m].
         peak: whether the largest torque is a parameter, for a cost that minimises it.
+        scales: sizes of the robot, by which steps of its parameters are.
     """
 
     joint_names: tuple[str, ...]
@@ -102,6 +104,7 @@ class Layout:
     closing: bool = False
     striking: bool = False
     slapping: bool = False
+    scales: Scales = BIPED
 
     @cached_property
     def free(self) -> list[int]:
@@ -286,33 +289,40 @@ class Layout:
         upper[self.shape] = [self.geometry[i].upper for i in self.free]
         if self.turning:
             lower[self.turn], upper[self.turn] = 0.0, foot_turn.LARGEST_ANGLE
-            upper[self.turn.stop - 1] = foot_turn.LARGEST_RATE
+            upper[self.turn.stop - 1] = foot_turn.LARGEST_RATE * self.scales.rate
         lower[self.landed], upper[self.landed] = 0.0, foot_turn.LARGEST_ANGLE
         if self.slapping:
             last = self.landed.stop - 1
-            lower[last], upper[last] = -foot_turn.LARGEST_RATE, 0.0
+            lower[last], upper[last] = -foot_turn.LARGEST_RATE * self.scales.rate, 0.0
         lower[self.largest] = 0.0
         return lower, upper
 
     def scale(self) -> Array:
         """Return the size of a sensible step of each entry of x, shape (P,)."""
         scale = np.full(self.size, KNOT_SCALE)
-        scale[self.rates] = RATE_SCALE
+        own = self.scales
+        scale[self.rates] = RATE_SCALE * own.rate
         scale[self.shape] = [self.geometry[i].scale for i in self.free]
         if self.turning:
             scale[self.turn] = foot_turn.ANGLE_SCALE
-            scale[self.turn.stop - 1] = foot_turn.RATE_SCALE
+            scale[self.turn.stop - 1] = foot_turn.RATE_SCALE * own.rate
         scale[self.landed] = foot_turn.ANGLE_SCALE
         if self.slapping:
-            scale[self.landed.stop - 1] = foot_turn.RATE_SCALE
-        scale[self.flat] = RATE_SCALE
-        scale[self.late] = BEND_SCALE
-        wrench = np.repeat([FORCE_SCALE, MOMENT_SCALE], 3)
-        scale[self.front] = np.tile(wrench, 4 * self.closing)
-        impulse = np.repeat([IMPULSE_SCALE, IMPULSE_MOMENT_SCALE], 3)
+            scale[self.landed.stop - 1] = foot_turn.RATE_SCALE * own.rate
+        scale[self.flat] = RATE_SCALE * own.rate
+        scale[self.late] = BEND_SCALE * own.rate**2
+        scale[self.front] = np.tile(wrench_scale(own), 4 * self.closing)
+        impulse = np.repeat(
+            [IMPULSE_SCALE * own.impulse, IMPULSE_MOMENT_SCALE * own.angular_impulse], 3
+        )
         scale[self.push] = np.tile(impulse, int(self.striking))
-        scale[self.largest] = _PEAK_SCALE
+        scale[self.largest] = _PEAK_SCALE * own.moment
         return scale
+
+
+def wrench_scale(scales: Scales) -> Array:
+    """Return the size of a sensible step of a foot's wrench, shape (6,)."""
+    return np.repeat([FORCE_SCALE * scales.force, MOMENT_SCALE * scales.moment], 3)
 
 
 @dataclass(frozen=True)

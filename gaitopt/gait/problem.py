@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import accumulate
 from typing import TypeVar
@@ -28,6 +29,7 @@ from gaitopt.gait.functions import check_function
 from gaitopt.gait.grid import STRIDE_EDGES, Grid, over_steps, parts
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
+    GEOMETRY,
     STEP_LENGTH,
     Chart,
     GeometricParameter,
@@ -53,6 +55,7 @@ from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
 from gaitopt.gait.walk_point import Product, RowSlopes, WalkPoint
 from gaitopt.model.robot import Robot
+from gaitopt.model.scales import Scales
 from gaitopt.nlp import NLP, Array, Point, ProgressCallback, Rows, Values, Variables
 
 
@@ -575,6 +578,7 @@ def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:
     table = set_geometry(task.geometry, {"duration": {"value": task.duration}})
     if table[STEP_LENGTH].free:
         table = set_geometry(table, {"step_length": {"value": task.step_length}})
+    table = _sized(table, robot.scales)
     table = _within_step_width(table, robot, task.margins.step_width)
     schedule = task.schedule
     landing, leaving = (
@@ -583,9 +587,20 @@ def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:
     layout = Layout(
         robot.joint_names, task.postures, table, task.boundary == "lifted", leaving,
         task.ground.rise, landing, PEAK in task.cost.reads, schedule.closing, schedule.striking,
-        schedule.slapping,
+        schedule.slapping, robot.scales,
     )  # fmt: skip
     return layout if task.steps == 1 else stride_layout(layout, robot, task)
+
+
+def _sized(table: tuple[GeometricParameter, ...], scales: Scales) -> tuple[GeometricParameter, ...]:
+    """Return the table with steps in proportion to the robot, where none of one's own is given."""
+    factors = {"m": scales.length, "s": scales.time}
+    return tuple(
+        replace(one, scale=usual.scale * factors.get(one.unit, 1.0))
+        if one.scale == usual.scale
+        else one
+        for one, usual in zip(table, GEOMETRY, strict=True)
+    )
 
 
 def _within_step_width(

@@ -23,7 +23,7 @@ from gaitopt.contact.schedule import AFTER, Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.parameters import DURATION, FORCE_SCALE, KNOT_SCALE, MOMENT_SCALE, Chart, Layout
+from gaitopt.gait.parameters import DURATION, KNOT_SCALE, Chart, Layout, wrench_scale
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineBasis, SplineInX, bernstein, on_coefficients, spline_basis
 from gaitopt.gait.step import DoubleSupportPart, ShapedTurn, Step, StepDerivatives
@@ -41,6 +41,7 @@ from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import SupportState
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
+from gaitopt.model.scales import Scales
 from gaitopt.nlp import Array
 
 SIZE = 3 * TWIST
@@ -81,9 +82,9 @@ def shift_names(joint_names: tuple[str, ...]) -> tuple[str, ...]:
     return (*leg, *(f"shift_foot_{part}_{k}" for k in (1, 2) for part in _PARTS))
 
 
-def shift_scale() -> Array:
+def shift_scale(scales: Scales) -> Array:
     """Return the size of a sensible step of the parameters of a shift, shape (SIZE,)."""
-    wrench = np.repeat([FORCE_SCALE, MOMENT_SCALE], 3)
+    wrench = wrench_scale(scales)
     return np.concatenate([np.full(TWIST, KNOT_SCALE), wrench, wrench])
 
 

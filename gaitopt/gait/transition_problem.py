@@ -249,7 +249,7 @@ class TransitionLayout(StepsLayout):
 
     def scale(self) -> Array:
         steps = [layout.scale() for layout in self.steps]
-        return self.pack(steps, shift_scale() if self.shifts else None)
+        return self.pack(steps, shift_scale(self.steps[0].scales) if self.shifts else None)
 
     def pack(self, parts: Sequence[Array], shift: Array | None = None) -> Array:
         steps = [z[own] for z, own in zip(parts, self.own, strict=True)]
@@ -325,7 +325,9 @@ class TransitionProblem(WalkProblem):
     def _shifting(self, model: StepModel) -> StepModel:
         """Return the model of the first step, which begins with a shift of the weight."""
         asked = self.transition
-        last = asked.front * (LAST_LOAD / asked.front[2])  # where it presses, as good as nothing
+        last = asked.front * (
+            LAST_LOAD * self.robot.scales.force / asked.front[2]
+        )  # where it presses, as good as nothing
         layout = self.layout
         assert isinstance(layout, TransitionLayout)
         shift = Shift(asked.shifted, layout.shift, asked.begin.q, np.stack([asked.front, last]))

@@ -28,6 +28,7 @@ from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.model.legs.reference_posture import posture_doubts
 from gaitopt.model.linkage import Linkage
 from gaitopt.model.multibody import Multibody, multibody
+from gaitopt.model.scales import Scales
 from gaitopt.model.sizes import size_doubts
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
@@ -179,6 +180,12 @@ class Robot:
         carried = self.physics.carried
         mass = self.mass - (0.0 if carried is None else float(carried.mass.sum()))
         return mass * float(np.linalg.norm(self.model.gravity.linear))
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Its lengths, forces and times over those of the thirteen-link biped."""
+        gravity = float(np.linalg.norm(self.model.gravity.linear))
+        return Scales.of(self.legs.reach, self.weight, gravity)
 
     def on_ground(self, down: tuple[float, float, float]) -> Robot:
         """Return the robot on ground where gravity is turned in the axes of its soles.

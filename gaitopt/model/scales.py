@@ -1,0 +1,67 @@
+"""Sizes of a robot by which its lengths, forces and times are measured.
+
+Numbers that were found to suit the thirteen-link biped, as how far rows are scaled and how high a
+first guess lifts the foot, suit robots of another size in proportion: a robot twice as long, eight
+times as heavy walks as its model does, and the same search finds that walk (dynamic similarity;
+Alexander, 1989, Physiological Reviews 69(4), 1199-1227).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+from gaitopt.importers.physics import STANDARD_GRAVITY
+
+_REACH = 0.6  # m from hip to ankle of the thirteen-link biped
+_WEIGHT = 56.87 * STANDARD_GRAVITY  # N: its own
+
+
+@dataclass(frozen=True)
+class Scales:
+    """How many times larger a robot's lengths, forces and times are than the biped's.
+
+    Attributes:
+        length: of the leg from hip to ankle.
+        force: weight.
+        time: of a pendulum as long as the leg.
+    """
+
+    length: float = 1.0
+    force: float = 1.0
+    time: float = 1.0
+
+    @classmethod
+    def of(cls, reach: float, weight: float, gravity: float) -> Scales:
+        """Return the scales of a leg's length [m], a weight [N] and an acceleration [m/s²]."""
+        length = reach / _REACH
+        return cls(length, weight / _WEIGHT, sqrt(length * STANDARD_GRAVITY / gravity))
+
+    @property
+    def speed(self) -> float:
+        """Of speeds."""
+        return self.length / self.time
+
+    @property
+    def rate(self) -> float:
+        """Of angular velocities."""
+        return 1.0 / self.time
+
+    @property
+    def moment(self) -> float:
+        """Of moments and torques."""
+        return self.force * self.length
+
+    @property
+    def impulse(self) -> float:
+        """Of impulses."""
+        return self.force * self.time
+
+    @property
+    def angular_impulse(self) -> float:
+        """Of moments of impulses."""
+        return self.moment * self.time
+
+
+BIPED = Scales()
+"""Of the thirteen-link biped itself."""
