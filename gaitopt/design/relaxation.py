@@ -48,7 +48,7 @@ STEP = 0.3
 """Scale of t for the solver; one unit of t is a change that matters."""
 STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
 WIDEST = 1.0  # rad: no joint range is widened by more
-SLOWEST = 0.05  # m/s
+SLOWEST = 0.05  # m/s, of the thirteen-link biped
 UNUSUAL = 0.05  # of a change that matters: a value this far from the usual one was asked for
 LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
 Indices = NDArray[np.int_]
@@ -473,11 +473,13 @@ def limit_adjustments(problem: WalkProblem, alone: bool = False) -> tuple[LimitA
             words += ", and of torsional friction with it"
             loosened += constraints_of(task, "torsional_friction")
         if before is not None and farthest is not None and not present.isdisjoint(loosened):
+            size = problem.robot.scales.of_unit(declared.unit)
             settings.append(
                 LimitAdjustment(
-                    name, words, declared.unit, before, farthest, declared.change, loosened, twists
+                    name, words, declared.unit, before, size * farthest, size * declared.change,
+                    loosened, twists,
                 )
-            )
+            )  # fmt: skip
     if margins.joint_range:
         words = "the joint ranges of the robot, widened at both ends"
         settings.append(
@@ -485,9 +487,10 @@ def limit_adjustments(problem: WalkProblem, alone: bool = False) -> tuple[LimitA
         )
     if task.speed_as == "constraint" and not task.ground.shaped:  # else steps are V T long
         words, relaxed, way = "the walking speed", ("walking speed",), float(np.sign(task.speed))
-        slowest = way * SLOWEST
+        pace = problem.robot.scales.speed
+        slowest = way * pace * SLOWEST
         settings.append(
-            LimitAdjustment("speed", words, "m/s", task.speed, slowest, -0.2 * way, relaxed)
+            LimitAdjustment("speed", words, "m/s", task.speed, slowest, -0.2 * pace * way, relaxed)
         )
     return tuple(k for k in settings if k.step and (k.bound - k.before) / k.step > 1e-9)
 

@@ -32,7 +32,7 @@ from gaitopt.importers.physics import (
     Physics,
     PointMass,
 )
-from gaitopt.importers.pinocchio_model import joint_model
+from gaitopt.importers.pinocchio_model import joint_model, rigid_body
 from gaitopt.nlp import Array
 
 _NO_LIMIT = (-math.inf, math.inf)
@@ -211,7 +211,7 @@ def _inertia(body: CompiledBody) -> pin.Inertia:
     with np.errstate(all="ignore"):  # impossible numbers are refused where they matter
         tensor = axes.rotation @ np.diag(body.moments) @ axes.rotation.T
         tensor = tensor / 2.0 + tensor.T / 2.0
-    return pin.Inertia(body.mass, axes.translation, tensor)
+    return rigid_body(body.mass, axes.translation, tensor)
 
 
 def _shape(geom: CompiledGeom) -> coal.CollisionGeometry:

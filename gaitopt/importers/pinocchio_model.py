@@ -99,6 +99,23 @@ def inertia_fault(mass: float, inertia: Array) -> str:
     return ""
 
 
+def rigid_body(mass: float, centre: Array, inertia: Array) -> pin.Inertia:
+    """Return a body; its inertia is taken as it is.
+
+    A rod's least moment is zero, and below zero by rounding where it is turned, added up or seen in
+    a mirror: Pinocchio's constructor stops there. What no body can have is refused as it is read
+    (`refuse_unsound`).
+
+    Args:
+        mass: [kg].
+        centre: of mass [m], shape (3,).
+        inertia: about that [kg·m²], shape (3, 3).
+    """
+    body = pin.Inertia.Zero()
+    body.mass, body.lever, body.inertia = mass, centre, inertia
+    return body
+
+
 def sound_inertia(mass: float, inertia: Array) -> Array:
     """Return an inertia whose moments lie below zero by rounding only with these at zero.
 

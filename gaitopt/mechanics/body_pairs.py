@@ -23,10 +23,10 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 _TOLD = 3  # pairs that are named, the narrowest first
-_HAIR = 1e-4  # m
+_HAIR = 1e-4  # m, of the thirteen-link biped
 _SHRUNK = 1.0  # of the radius of an arm's capsule: its axis is outside
 _POSTURES = 200
-_APART = 0.1  # m between the soles of a robot that stands with its legs apart
+_APART = 0.1  # m, likewise, between the soles of a robot that stands with its legs apart
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,13 @@ class CapsulePairs:
         kept: the pairs.
         dropped: pairs left out because they overlap even when the robot stands with its legs apart.
         standing: gaps of those that are kept when the robot stands so [m], shape (kept,).
+        hair: by which such gaps may change [m].
     """
 
     kept: tuple[Pair, ...]
     dropped: tuple[Pair, ...]
     standing: Array
+    hair: float = _HAIR
 
     def least(self, asked: float) -> Array:
         """Return the gap to be kept by each pair [m], (M,): what is asked, or what standing leaves.
@@ -49,7 +51,7 @@ class CapsulePairs:
         No walk keeps bodies farther apart that no joint takes apart. Capsules are not quite round
         about the axes of the joints, so that a gap there changes by a hair.
         """
-        there = self.standing - _HAIR
+        there = self.standing - self.hair
         return np.minimum(asked, np.where(self.standing > 0.0, np.maximum(there, 0.0), there))
 
     def narrowed(self, option: str, where: str, asked: float) -> str:
@@ -220,12 +222,13 @@ def _apart(robot: Robot, pairs: Sequence[Pair], shrunk: float) -> CapsulePairs:
         tuple(p for p, good in zip(pairs, apart, strict=True) if good),
         tuple(p for p, good in zip(pairs, apart, strict=True) if not good),
         gaps[apart],
+        _HAIR * robot.scales.length,
     )
 
 
 def _standing(robot: Robot) -> Placements:
     """The bodies: flat feet well apart, the pelvis upright between them, arms where walks begin."""
     legs, sole, kinematics = robot.legs, robot.sole, LegKinematics(robot)
-    spacing = legs.side * max(abs(legs.stance_width), sole.width + _APART)
+    spacing = legs.side * max(abs(legs.stance_width), sole.width + _APART * robot.scales.length)
     q = kinematics.solve(*kinematics.flat_feet(0.0, spacing))
     return ForwardKinematics(robot.model).placed(robot.coupling.angles(q)[None])

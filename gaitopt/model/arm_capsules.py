@@ -158,7 +158,7 @@ def _bars(robot: Robot, body: int) -> Iterator[BoundingCapsule]:
     tree, model = robot.tree, robot.model
     for joint, parent in enumerate(tree.parents):
         end = model.jointPlacements[FIRST + joint].translation
-        if parent + 1 == body and np.linalg.norm(end) > SHORT:
+        if parent + 1 == body and np.linalg.norm(end) > SHORT * robot.scales.length:
             yield BoundingCapsule(np.zeros(3), end.copy(), bar_radius(robot))
 
 

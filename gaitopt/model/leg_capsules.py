@@ -27,9 +27,9 @@ from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
 DEFAULT_RADIUS = 0.05
-"""Radius of a body whose shape is unknown [m]."""
+"""Radius of a body whose shape is unknown, of the thirteen-link biped [m]."""
 SHORT = 1e-3
-"""A body without shapes between joints this near is part of its neighbours [m]."""
+"""A body without shapes between joints this near is part of its neighbours; likewise [m]."""
 
 _OF_SPACING = 0.42  # of the distance between the hips: the largest radius of such capsules
 _INSIDE = 1.0 + 1e-9  # of a radius: rounding
@@ -142,7 +142,7 @@ def _capsules(key: CapsuleKey) -> tuple[Capsule, ...]:
             points, (start, end) = Points.together(parts), bars[body]
             add(body, bounding_capsule(points, end - start, towards[body]), kind.name.lower())
     for body, (start, end) in bars.items():
-        if body not in found and np.linalg.norm(end - start) > SHORT:
+        if body not in found and np.linalg.norm(end - start) > SHORT * robot.scales.length:
             add(body, BoundingCapsule(start, end, bar_radius(robot)), "joints")
     return tuple(found[body] for body in sorted(found))
 
@@ -153,7 +153,7 @@ def bar_radius(robot: Robot) -> float:
     As usual, but with a sixth of the hips' distance between two of them side by side: the hips of
     NAO are 0.1 m apart.
     """
-    return min(DEFAULT_RADIUS, _OF_SPACING * abs(robot.legs.spacing))
+    return min(DEFAULT_RADIUS * robot.scales.length, _OF_SPACING * abs(robot.legs.spacing))
 
 
 def _bars(robot: Robot) -> dict[int, Array]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import NUMBER
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.pinocchio_model import joint_coordinate, reduced
+from gaitopt.importers.pinocchio_model import joint_coordinate, reduced, rigid_body
 from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
 from gaitopt.model.chain import RootedChain
 from gaitopt.model.chain_physics import CarriedWeight
@@ -225,7 +225,7 @@ class Multibody:
         for joint, mass, centre, inertia in zip(
             [root, *ids], self.mass, self.centre, self.inertia, strict=True
         ):
-            body = pin.Inertia(float(mass), centre, inertia)
+            body = rigid_body(float(mass), centre, inertia)
             model.appendBodyToJoint(joint, body, pin.SE3.Identity())
             model.addJointFrame(joint)
         model.armature = np.concatenate([np.zeros(6), self.armature])

@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.pinocchio_model import rigid_body
 from gaitopt.importers.report import Finding
 from gaitopt.model.feet.sole_frames import Soles
 from gaitopt.model.import_options import (
@@ -122,7 +123,7 @@ def _lowered_feet(model: pin.Model, feet: Sequence[int], soles: Soles, longer: f
     for foot, place in zip(feet, soles.placements, strict=True):
         down = -longer * place.rotation[:, 2]
         body = model.inertias[foot]
-        model.inertias[foot] = pin.Inertia(body.mass, body.lever + down, body.inertia)
+        model.inertias[foot] = rigid_body(body.mass, body.lever + down, body.inertia)
         for child in range(2, model.njoints):
             if int(model.parents[child]) == foot:
                 _move(model, child, down)
@@ -141,7 +142,7 @@ def _lower(frame: pin.Frame, move: Array) -> None:
         frame.placement = pin.SE3(place.rotation, place.translation + move)
     elif body.mass:
         lever = body.lever + place.rotation.T @ move
-        frame.inertia = pin.Inertia(body.mass, lever, body.inertia)
+        frame.inertia = rigid_body(body.mass, lever, body.inertia)
 
 
 def _put(model: pin.Model, soles: Soles, places: Sequence[pin.SE3]) -> None:
@@ -259,7 +260,7 @@ def _stretched(body: pin.Inertia, K: Array) -> pin.Inertia:
     """Return a body all of whose bits at r are at K r."""
     own = np.array(body.inertia)
     second = K @ (0.5 * np.trace(own) * np.eye(3) - own) @ K
-    return pin.Inertia(body.mass, K @ body.lever, np.trace(second) * np.eye(3) - second)
+    return rigid_body(body.mass, K @ body.lever, np.trace(second) * np.eye(3) - second)
 
 
 def _move(model: pin.Model, joint: int, vector: Array) -> None:
@@ -304,7 +305,7 @@ def _weigh(
 
 
 def _heavier(body: pin.Inertia, factor: float) -> pin.Inertia:
-    return pin.Inertia(factor * body.mass, body.lever, factor * np.array(body.inertia))
+    return rigid_body(factor * body.mass, body.lever, factor * np.array(body.inertia))
 
 
 def _refuse_little(one: PartChange, own: float, more: float, unit: str) -> None:

@@ -185,7 +185,7 @@ class Robot:
     def scales(self) -> Scales:
         """Its lengths, forces and times over those of the thirteen-link biped."""
         gravity = float(np.linalg.norm(self.model.gravity.linear))
-        return Scales.of(self.legs.reach, self.weight, gravity)
+        return Scales.of_robot(self.legs.reach, self.weight, gravity)
 
     def on_ground(self, down: tuple[float, float, float]) -> Robot:
         """Return the robot on ground where gravity is turned in the axes of its soles.

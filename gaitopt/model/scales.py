@@ -8,9 +8,9 @@ Alexander, 1989, Physiological Reviews 69(4), 1199-1227).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
 
+from gaitopt.dataclass import dataclass
 from gaitopt.importers.physics import STANDARD_GRAVITY
 
 _REACH = 0.6  # m from hip to ankle of the thirteen-link biped
@@ -32,10 +32,18 @@ class Scales:
     time: float = 1.0
 
     @classmethod
-    def of(cls, reach: float, weight: float, gravity: float) -> Scales:
+    def of_robot(cls, reach: float, weight: float, gravity: float) -> Scales:
         """Return the scales of a leg's length [m], a weight [N] and an acceleration [m/s²]."""
         length = reach / _REACH
         return cls(length, weight / _WEIGHT, sqrt(length * STANDARD_GRAVITY / gravity))
+
+    def of_unit(self, unit: str) -> float:
+        """Return the factor of a unit as "m/s"; 1 for units of other kinds."""
+        return {
+            "m": self.length, "s": self.time, "N": self.force, "m/s": self.speed,
+            "rad/s": self.rate, "N·m": self.moment, "N·s": self.impulse,
+            "N·m·s": self.angular_impulse, "rad/s²": self.rate**2,
+        }.get(unit, 1.0)  # fmt: skip
 
     @property
     def speed(self) -> float:

@@ -18,6 +18,7 @@ from gaitopt.bounds import at_most
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
+from gaitopt.importers.pinocchio_model import rigid_body
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.nlp import Array
 
@@ -339,7 +340,7 @@ def _welded(
 
 def _inertia(body: Multibody, joint: int) -> pin.Inertia:
     row = joint + 1
-    return pin.Inertia(float(body.mass[row]), body.centre[row], body.inertia[row])
+    return rigid_body(float(body.mass[row]), body.centre[row], body.inertia[row])
 
 
 def _add_joint(owner: mujoco.MjsBody, body: Multibody, joint: int) -> None:

@@ -26,6 +26,7 @@ _ROUNDING = 1e-2  # rad: the same for the ends of ranges, however narrow
 _TOLD = 1e-6  # rad: ends of ranges that differ by less are not worth a word
 _COMMON = 0.5  # of the narrower range: where two have less in common, one of them is wrong
 _MOST = {"torque": 5000.0, "speed": 50.0}  # N.m, rad/s: larger values stand for "no limit"
+_HEAVY = 60.0  # kg: robots heavier than this have stronger motors
 _WIDEST = 2.0 * np.pi  # rad: a range beyond a full turn to either side stands for "no limit"
 _NARROW = 0.12  # rad: a whole turn of radians taken for degrees is narrower
 _DEGREES = (10.0, 200.0)  # how far a joint of a leg turns to one side, if its range is in degrees
@@ -95,7 +96,9 @@ def joint_limits(
         upper=np.array(model.upperPositionLimit)[angles],
     )
     raw = replace(raw, torque=complete(raw))
-    limits, findings, faults = _without_placeholders(raw, names, elsewhere)
+    limits, findings, faults = _without_placeholders(
+        raw, names, elsewhere, sum(float(body.mass) for body in model.inertias)
+    )
     keep = None
     if unequal in ("right", "left") and right is not None:
         keep = right == (unequal == "right")
@@ -131,11 +134,13 @@ class _Sides:
 
 
 def _without_placeholders(
-    raw: JointLimits, names: tuple[str, ...], elsewhere: Collection[str]
+    raw: JointLimits, names: tuple[str, ...], elsewhere: Collection[str], mass: float
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     findings, faults, values = [], [], {}
     for field, most in _MOST.items():
         given, unit = getattr(raw, field), LIMIT_UNITS[field]
+        if field == "torque":
+            most *= max(mass / _HEAVY, 1.0)
         faults += [
             f"the {field} limit of '{name}' is {value} {unit}; it must be > 0"
             for name, value in zip(names, given, strict=True)

@@ -75,9 +75,15 @@ class PosedModel:
     def points(self) -> Array:
         """Points of the joints in the root link [m], shape (njoints, 3).
 
-        Those of `points_on_lines`; the origins of joints that do not revolve.
+        Those of `points_on_lines`; the origins of joints that do not revolve, the centre of mass
+        for the root.
         """
         origins = np.array([placement.translation for placement in self.placements])
+        # a joint of the root whose place on its line nothing else tells is where the robot is, not
+        # where its file has the origin
+        centre = pin.centerOfMass(self.model, self.model.createData(), self.q)
+        if np.isfinite(centre).all():
+            origins[:2] = centre
         return points_on_lines(origins, self.axes, [int(p) for p in self.model.parents])
 
     @cached_property

@@ -22,6 +22,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
+from gaitopt.importers.pinocchio_model import rigid_body
 from gaitopt.model.legs.kinematic_tree import pose_model
 from gaitopt.model.symmetry.leg_exchange import REFLECTION, mirror_placement
 from gaitopt.nlp import Array
@@ -363,7 +364,7 @@ def percent(share: float) -> str:
 def mirrored(inertia: pin.Inertia) -> pin.Inertia:
     """Return the mirror image of a body in the plane y = 0."""
     S = REFLECTION
-    return pin.Inertia(inertia.mass, S @ inertia.lever, S @ inertia.inertia @ S)
+    return rigid_body(inertia.mass, S @ inertia.lever, S @ inertia.inertia @ S)
 
 
 def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
@@ -495,7 +496,7 @@ def _fill_missing(model: pin.Model, sides: Sides) -> tuple[str, ...]:
             own, other = model.inertias[to], model.inertias[from_]
             if np.abs(own.inertia).max() < _MISSING * np.abs(other.inertia).max():
                 image = there.actInv(mirrored(here.act(other)))
-                model.inertias[to] = pin.Inertia(own.mass, own.lever, image.inertia)
+                model.inertias[to] = rigid_body(own.mass, own.lever, image.inertia)
                 filled.append(str(model.names[to]))
     return tuple(filled)
 
