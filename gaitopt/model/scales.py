@@ -22,9 +22,9 @@ class Scales:
     """How many times larger a robot's lengths, forces and times are than the biped's.
 
     Attributes:
-        length: of the leg from hip to ankle.
-        force: weight.
-        time: of a pendulum as long as the leg.
+        length: of the leg from hip to ankle [m/m].
+        force: weight [N/N].
+        time: of a pendulum as long as the leg [s/s].
     """
 
     length: float = 1.0

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from humanoids import edits
 from places import CASES
+from similar_robots import Units, similar_urdf
 from urdf_edits import edited_urdf, joint, set_limit
 
 from gaitopt.errors import RobotError
@@ -40,6 +41,15 @@ def test_placeholders_are_no_limits(robot, field, key, value, unit):
     assert said(free) == [f"warning: right_knee, left_knee: {text}"]
 
 
+@pytest.mark.parametrize(("torque", "limit"), [(20e3, 20e3), (1e6, np.inf)])
+def test_motors_of_giants_are_no_placeholders(torque, limit):
+    """A biped three times as long turns its joints with 81 times the torque of its model."""
+    units = Units(length=3.0, mass=27.0)
+    giant = Robot.from_urdf(similar_urdf(edited_urdf(both("knee", effort=torque / 81.0)), units))
+    knees = giant.limits.torque[rows(giant, "knee")]
+    np.testing.assert_allclose(knees, limit)
+
+
 def test_a_joint_without_limits_has_none_in_words():
     def edit(root):
         for side in ("left", "right"):
@@ -72,7 +82,7 @@ def test_a_knee_without_a_range_bends_backwards(robot):
     [
         (set_limit("left_knee", effort=140.0), "torque limits of 'right_knee' and 'left_knee', "
          r"150 and 140 N·m; .* unequal_limits = \"tighter"),
-        (set_limit("left_knee", velocity=0.0), "speed limits of .*, 10 and inf rad/s"),
+        (set_limit("left_knee", velocity=0.0), "speed limits of .*, 10 and none rad/s"),
         (set_limit("left_hip_roll", upper=0.5), r"ranges of 'right_hip_roll' and 'left_hip_roll', "
          r"-0.8 to 0.8 rad and -0.5 to 0.8 rad \(mirrored\)"),
     ],

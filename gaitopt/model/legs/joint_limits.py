@@ -226,7 +226,7 @@ def _mirrored_limits(
         for row in pairs:
             if mine[row] == its[row]:
                 continue
-            values = f"{mine[row]:.10g} and {its[row]:.10g} {LIMIT_UNITS[field]}"
+            values = f"{_limit(mine[row])} and {_limit(its[row])} {LIMIT_UNITS[field]}"
             larger = max(mine[row], its[row])
             far = np.isinf(larger) or abs(mine[row] - its[row]) > _ALIKE * larger
             if sides.unequal == "refuse" and far:
@@ -315,7 +315,13 @@ def _difference_fault(differ: list[str], broken: list[str], shared: bool, legs: 
     )
 
 
+def _limit(value: float) -> str:
+    return "none" if np.isinf(value) else f"{value:.10g}"
+
+
 def _span(ends: _Range) -> str:
+    if np.isinf(ends).all():
+        return "none"
     return f"{ends[0]:.6g} to {ends[1]:.6g} rad"
 
 
