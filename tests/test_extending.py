@@ -1,6 +1,7 @@
 """What docs/extending.md shows is run as it stands there."""
 
 import re
+import math
 import shlex
 import sys
 from pathlib import Path
@@ -73,9 +74,8 @@ def test_configurations(folder, monkeypatch):
     monkeypatch.chdir(folder)
     steady, weighed = (text for kind, text in BLOCKS if kind == "toml")
     Path("steady.toml").write_text(steady)
-    assert make_request({}, Path("steady.toml")).task.margin("ankle_roll") == pytest.approx(
-        0.0873, 1e-3
-    )
+    rolled = make_request({}, Path("steady.toml")).task.margin("ankle_roll")
+    assert rolled == pytest.approx(math.radians(2.0))
     Path("weighed.toml").write_text(weighed)
     assert make_request({}, Path("weighed.toml")).task.cost.weights["*_knee"] == 2.0
 
