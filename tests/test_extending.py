@@ -1,7 +1,7 @@
 """What docs/extending.md shows is run as it stands there."""
 
-import re
 import math
+import re
 import shlex
 import sys
 from pathlib import Path
