@@ -8,6 +8,7 @@ import pytest
 from example_robots import example_robot, needs_example_robots
 from humanoids import add_joint, add_link
 from reference_cases import biped
+from tied_bipeds import tied
 from urdf_edits import edited_urdf
 from urdf_rewritings import REWRITINGS, rewritten
 
@@ -76,6 +77,14 @@ def test_a_spine_is_no_foot_wherever_the_root_is(height):
     robot = Robot.from_urdf(edited_urdf(edit))
     assert len(robot.joint_names) == 12
     assert robot.legs.reach == pytest.approx(biped().legs.reach)
+
+
+@pytest.mark.parametrize("how", ["axes reversed", "mirrored", "all at once"])
+def test_followers_follow_however_they_are_written(how):
+    """As NAO's hips, whose yaw joints are one motor."""
+    robot = tied("NAO's hips")
+    other = Robot.from_urdf(rewritten(robot.urdf, how, seed=4), sole=robot.sole)
+    np.testing.assert_allclose(facts(other), facts(robot), rtol=1e-7, atol=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(20))
