@@ -61,14 +61,22 @@ def make_directory(path: Path) -> Path:
     return path
 
 
+def taken_by(path: Path) -> str:
+    """Return what stands where a file is to be written, if a file cannot take its place."""
+    if path.is_dir():
+        return "it is a directory"
+    # replaced by a file, a device or a pipe would be gone for every other program
+    return "it is a device or a pipe" if path.exists() and not path.is_file() else ""
+
+
 def is_leftover(path: Path) -> bool:
     """Whether a file is what a killed process may leave of its writing, judged by its name."""
     return _LEFTOVER.fullmatch(path.name) is not None
 
 
 def _write(target: Path, data: bytes, synced: bool) -> None:
-    if target.is_dir():
-        raise IsADirectoryError(None, "it is a directory")
+    if reason := taken_by(target):
+        raise OSError(None, reason)
     _sweep(target.parent)
     temporary = target.parent / f".{os.urandom(6).hex()}.tmp"
     try:  # an interrupt may come as soon as the file is there

@@ -8,6 +8,10 @@ that size is made.
 
 from __future__ import annotations
 
+import os
+import select
+import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 from gaitopt.errors import InputError
@@ -54,6 +58,8 @@ JOURNAL = 1000 * MEGABYTE
 """Bytes of the journal of a sweep of version 0.1: some ten kilobytes a point."""
 DATABASE = 1000 * MEGABYTE
 """Bytes of the database of a library: some ten kilobytes a point."""
+SILENCE = 15.0
+"""Time for which nothing comes out of a pipe until it is given up [s]: xacro takes two."""
 NUMBER = 1e50
 """Size of any number, in SI units: sums of squares, products and quotients still have a value."""
 
@@ -98,18 +104,47 @@ def rounded(value: float) -> str:
 def read_bounded(path: Path, most: int) -> bytes:
     """Return what a file holds; of a device without an end no more is read than of a file.
 
+    A pipe is read to its end, as of `<(xacro robot.xacro)` in a shell.
+
     Raises:
         OSError: the file cannot be read.
-        ValueError: it is larger than its bound, or the path is none.
+        ValueError: it is larger than its bound, the path is none, or nothing comes out of a pipe.
     """
     parts, size = [], 0
-    with path.open("rb") as stream:  # piece by piece: one `read` would reserve the whole bound
-        while size <= most and (part := stream.read(min(_PIECE, most + 1 - size))):
+    with open(path, "rb", buffering=0, opener=_opened) as stream:
+        for part in _pieces(stream.fileno(), most + 1):
             parts.append(part)
             size += len(part)
     if reason := too_large(size, most):
         raise ValueError(reason)
     return b"".join(parts)
+
+
+def _opened(path: str, flags: int) -> int:
+    """Open a file, of a pipe without waiting for somebody who writes into it."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _pieces(descriptor: int, most: int) -> Iterator[bytes]:
+    """Yield what an open file holds, up to some bytes: one `read` would reserve all of them."""
+    waits = not stat.S_ISREG(os.fstat(descriptor).st_mode)
+    begun = ended = False
+    while most > 0 and not ended:
+        try:
+            part = os.read(descriptor, min(_PIECE, most))
+            ended = not part and (begun or not waits)  # else nobody has written yet
+        except BlockingIOError:
+            part = b""
+        if part:
+            most -= len(part)
+            yield part
+            begun = True
+        elif not ended:
+            if not select.select([descriptor], [], [], SILENCE)[0]:
+                raise ValueError(
+                    f"it is a pipe or a terminal, out of which nothing came for {SILENCE:g} s"
+                )
+            begun = True
 
 
 def too_large(size: int, most: int) -> str:

@@ -66,6 +66,8 @@ class Setting:
         limit: whether it is a limit that may be "none".
         negatable: of a flag that is not set by default, whether --no-NAME may say so.
         panel: heading over it in the help, where that is not one of its section.
+        written: of a file or directory, whether the command writes it.
+        suffixes: of a file, in which its name must end; empty for any.
         entry_unit: of a table, returns the unit of an entry.
         as_given: of a table for joints that turn or slide, whether its entries stay texts: the unit
             with which one is given must suit the joint, which is not known here.
@@ -86,6 +88,8 @@ class Setting:
     limit: bool = False
     negatable: bool = False
     panel: str = ""
+    written: bool = False
+    suffixes: tuple[str, ...] = ()
     entry_unit: Callable[[str], str] = _none
     as_given: bool = False
     example: str = ""
@@ -126,6 +130,8 @@ class Setting:
             if not str(value).strip():
                 what = "directory, as '.' for this one" if self.metavar == "DIR" else "file"
                 raise ValueError(f"the name is empty; give a {what}")
+            if self.suffixes and Path(value).suffix.lower() not in self.suffixes:
+                raise ValueError(f"give a file whose name ends in {' or '.join(self.suffixes)}")
             return Path(value)
         if self.kind in (TEXT, TEXTS) and isinstance(value, str):
             return value

@@ -12,6 +12,9 @@ def main() -> None:
     """Run the command line; the process ends with an exit code of `gaitopt.cli.process`."""
     import gc
 
+    from gaitopt.cli.beginning import quit_on_signals
+
+    quit_on_signals()
     gc.set_threshold(_OBJECTS)  # a walk makes few cycles, and classes of modules stay
     from gaitopt.cli.app import run
 

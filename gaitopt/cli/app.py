@@ -30,7 +30,7 @@ from gaitopt.cli.command_options import (
     UrdfOptions,
 )
 from gaitopt.cli.options import CONTEXT, NO_VALUE, Group, Panels, command
-from gaitopt.cli.process import handle_termination, survive_closed_pipes
+from gaitopt.cli.process import exit_code_kept, handle_termination, survive_closed_pipes
 from gaitopt.settings import Setting
 
 Settings = dict[str, Any]
@@ -60,7 +60,8 @@ def run() -> None:
     """Run the command line in a process of its own."""
     survive_closed_pipes()
     handle_termination()
-    app(prog_name="gaitopt")
+    with exit_code_kept():
+        app(prog_name="gaitopt")
 
 
 def _print_version(wanted: bool) -> None:

@@ -17,6 +17,7 @@ from rich.console import Console
 
 from gaitopt.actuators.motors import MOTORS, MotorTable, read_motors
 from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.bounds import JOURNAL, read_bounded
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, write_spec
 from gaitopt.cli.command_options import CodesignOptions
@@ -317,9 +318,9 @@ def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[DesignPoint] |
     if not path.exists():
         return None
     try:
-        lines = path.read_text("utf-8").splitlines()
+        lines = read_bounded(path, JOURNAL).decode().splitlines()
         head = json.loads(lines[0]) if lines else {}
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"'{path}' cannot be read: {error}; remove it to begin anew") from error
     if head != json.loads(json.dumps(record)):
         raise InputError(
@@ -329,7 +330,7 @@ def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[DesignPoint] |
     for number, line in enumerate(lines[1:], 2):
         try:
             trials.append(trial_of(json.loads(line)))
-        except (ValueError, KeyError, TypeError, IndexError) as error:
+        except (ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
             if number == len(lines):
                 break
             raise InputError(

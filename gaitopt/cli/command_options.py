@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from gaitopt.dataclass import dataclass
 from gaitopt.settings import entry
@@ -14,7 +15,10 @@ DESIGN = "Design"
 _CONFIG = "TOML file with any of these options; the command line wins."
 _PLUGIN = "Python file with its own constraints, cost or terrain; it is run."
 _QUIET = "Print nothing but errors."
-_DIRECTORY = {"metavar": "DIR", "short": "-o"}
+_OUTPUT: dict[str, Any] = {"short": "-o", "written": True}
+_PAGE: dict[str, Any] = {"written": True, "suffixes": (".html", ".htm")}
+_TOML: dict[str, Any] = {"written": True, "suffixes": (".toml",)}
+_DIRECTORY: dict[str, Any] = {**_OUTPUT, "metavar": "DIR"}
 _GAIT = "The file of a gait or a transition, .npz."
 _HOST = "Address to listen on; by default 127.0.0.1: this machine alone."
 _PORT = "Port to listen on; by default a free one from 7000 on."
@@ -75,13 +79,15 @@ class LibraryOptions:
         "tells what there is.", metavar="NAMES",
     )  # fmt: skip
     plot: Path | None = entry(
-        None, "Draw cost and peak torques over what was swept: .png, .svg or .pdf."
+        None, "Draw cost and peak torques over what was swept: .png, .svg or .pdf.", written=True
     )
     at: tuple[str, ...] = entry(
         (), "Design the gait between the stored ones, as speed=0.83.", metavar="NAME=VALUE"
     )
     plugin: Path | None = entry(None, _PLUGIN)
-    output: Path | None = entry(None, "Gait file to write the gait of --at to.", short="-o")
+    output: Path | None = entry(
+        None, "Gait file to write the gait of --at to.", **_OUTPUT, suffixes=(".npz",)
+    )
 
 
 @dataclass(frozen=True)
@@ -98,9 +104,11 @@ class RequirementsOptions:
         None, "Motors and gears of the joints, TOML; the table tells the shares of their limits."
     )
     output: Path | None = entry(
-        None, "File to write the table to: .csv, .toml or .xlsx.", short="-o"
+        None, "File to write the table to: .csv, .toml or .xlsx.", **_OUTPUT
     )
-    figure: Path | None = entry(None, "File to draw torque over speed into: .png, .svg or .pdf.")
+    figure: Path | None = entry(
+        None, "File to draw torque over speed into: .png, .svg or .pdf.", written=True
+    )
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,7 @@ class SensitivityOptions:
     gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
     plugin: Path | None = entry(None, _PLUGIN)
     most: int | None = entry(None, "How many lines to show; by default 20.", metavar="N")
-    output: Path | None = entry(None, "Write all of them: .csv.", short="-o", metavar="FILE")
+    output: Path | None = entry(None, "Write all of them: .csv.", **_OUTPUT, metavar="FILE")
 
 
 @dataclass(frozen=True)
@@ -168,10 +176,13 @@ class InspectOptions:
     """Of `gaitopt inspect`, beside those of robots."""
 
     html: Path | None = entry(
-        None, "Write a page with the robot standing and these tables.", panel=RESULTS
+        None, "Write a page with the robot standing and these tables.", panel=RESULTS, **_PAGE
     )
     write_choices: Path | None = entry(
-        None, "Write what was found or guessed, to edit; then --choices FILE.", panel=RESULTS
+        None,
+        "Write what was found or guessed, to edit; then --choices FILE.",
+        panel=RESULTS,
+        **_TOML,
     )
 
 
@@ -180,10 +191,14 @@ class UrdfOptions:
     """Of `gaitopt urdf`, beside those of bipeds."""
 
     output: Path | None = entry(
-        None, "File to write the URDF to; by default the terminal.", short="-o", panel=RESULTS
+        None,
+        "File to write the URDF to; by default the terminal.",
+        **_OUTPUT,
+        panel=RESULTS,
+        suffixes=(".urdf", ".xml"),
     )
     write_spec: Path | None = entry(
-        None, "File to write the parameter table to instead, to edit.", panel=RESULTS
+        None, "File to write the parameter table to instead, to edit.", panel=RESULTS, **_TOML
     )
 
 
@@ -211,10 +226,10 @@ class SimulateOptions:
     output: Path | None = entry(None, "Directory to write summary.json to.", **_DIRECTORY)
     page: Path | None = entry(
         None, "Page to write: the walk beside the designed one, with the pushes of --thorough.",
-        metavar="FILE",
+        metavar="FILE", **_PAGE,
     )  # fmt: skip
     video: Path | None = entry(
-        None, "The same as a film, .mp4, .webm or .gif; needs ffmpeg.", metavar="FILE"
+        None, "The same as a film, .mp4, .webm or .gif; needs ffmpeg.", metavar="FILE", written=True
     )
     quiet: bool = entry(False, _QUIET, short="-q")
 
@@ -224,7 +239,7 @@ class PlayOptions:
     """Of `gaitopt play`."""
 
     gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
-    html: Path | None = entry(None, "Write a page instead, complete in one file.")
+    html: Path | None = entry(None, "Write a page instead, complete in one file.", **_PAGE)
     steps: int | None = entry(None, "How many steps to show.")
     package_dir: tuple[Path, ...] = entry((), "Directory with the packages of the meshes.")
     host: str | None = entry(None, _HOST, metavar="ADDRESS")
@@ -279,7 +294,7 @@ class ExportOptions:
     )
     output: Path | None = entry(
         None, "File, or directory for a library; without --format the suffix chooses the form: "
-        ".csv, .json, .yaml.", short="-o",
+        ".csv, .json, .yaml.", **_OUTPUT,
     )  # fmt: skip
     both_legs: bool = entry(
         False, "Without --format: add the mirror image of the step: a whole stride."
@@ -297,7 +312,7 @@ class TransitionOptions:
         ..., "What it leads to: a gait file, or 'standing'.", argument=True, metavar="TO"
     )
     output: Path = entry(
-        ..., "File to write, .npz: for gaitopt check, play, plot and export.", short="-o"
+        ..., "File to write, .npz: for gaitopt check, play, plot and export.", **_OUTPUT
     )
     steps: int = entry(3, "Number of steps between.", metavar="N")
     duration: str | None = entry(

@@ -53,8 +53,6 @@ def run(asked: ExportOptions) -> None:
     if target is None:
         assert form is not None
         target = path.with_name(f"{path.stem}-{form.name}{form.suffix}")
-    if target.exists() and path.exists() and target.samefile(path):
-        raise InputError(f"'{target}' is the gait itself; give another file to write")
     found = loaded_motion(path)
     if isinstance(found, Transition):
         written = _export_transition(found, target, asked)

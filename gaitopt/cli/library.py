@@ -91,10 +91,11 @@ def _show(asked: LibraryOptions) -> None:
     elif len(libraries) == 1:
         out.print(library_table(libraries[0], rows[0], names, out.width))
     else:
+        units = libraries[0].cost[1], libraries[1].cost[1]
+        table = table_of_libraries((rows[0], rows[1]), axes, units, names, out.width)
         for letter, directory in zip("AB", directories, strict=True):
             out.print(f"{letter}: {directory}", soft_wrap=True)
-        units = libraries[0].cost[1], libraries[1].cost[1]
-        out.print(table_of_libraries((rows[0], rows[1]), axes, units, names, out.width))
+        out.print(table)
     if plot is None:
         letters = [""] if len(libraries) == 1 else ["A: ", "B: "]
         for letter, library, shown in zip(letters, libraries, rows, strict=True):

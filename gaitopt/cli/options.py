@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from copy import copy
 from functools import partial
 from typing import Annotated, Any, get_type_hints
@@ -14,6 +15,7 @@ import typer.main
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from gaitopt.cli.process import errors_reported
+from gaitopt.errors import InputError
 from gaitopt.settings import FILE, FILES, FLAG, INTEGER, TABLE, TEXTS, Setting, declared
 
 CONTEXT = {"help_option_names": ["-h", "--help"]}
@@ -146,6 +148,7 @@ def _complete(function: Callable[..., None], panels: Panels | None) -> Any:
     def call(**values: Any) -> None:
         with errors_reported():
             given = {n: v for n, v in values.items() if v not in (None, [], ())}
+            _keep_inputs([*settings.values(), *own], given)
             arguments: dict[str, Any] = {}
             if panels is not None:
                 arguments["settings"] = _read(settings.values(), given)
@@ -193,6 +196,35 @@ def _read(settings: Iterable[Setting], given: Mapping[str, Any]) -> dict[str, An
                 value = one.read_pairs(value)
             read[one.name] = tuple(value) if one.kind in (TEXTS, FILES) else value
     return read
+
+
+def _keep_inputs(known: Iterable[Setting], given: Mapping[str, Any]) -> None:
+    """Check that no file which a command is to write is one that it reads.
+
+    Raises:
+        InputError: one is; it would be gone, and what was asked could not be asked again.
+    """
+    files = [one for one in known if one.kind in (FILE, FILES) and one.name in given]
+    read = [
+        (one, path)
+        for one in files
+        if not one.written
+        for path in (given[one.name] if one.repeatable else [given[one.name]])
+    ]
+    for target in (one for one in files if one.written):
+        path = given[target.name]
+        for source, other in read:
+            with suppress(OSError, ValueError):  # told where it is read or written
+                if path.samefile(other):
+                    of = (
+                        f"the {source.name} itself"
+                        if source.argument
+                        else f"that of {source.option}"
+                    )
+                    raise InputError(
+                        f"{target.option} {path}: it is {of}, which is kept as it is; give another "
+                        "name to write"
+                    )
 
 
 class _QuickHelp:

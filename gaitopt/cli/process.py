@@ -24,6 +24,7 @@ from typing import NoReturn, TextIO
 
 import typer
 
+from gaitopt.cli.beginning import leave_with
 from gaitopt.errors import GaitoptError, IdleOptionError, InputError, reason_of
 from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
@@ -141,10 +142,35 @@ class StopRequest:
 
 def handle_termination() -> None:
     """Answer SIGTERM and SIGHUP as Ctrl-C is answered at the time; one that is ignored stays so."""
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     for name in _LIKE_CTRL_C:
         number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _as_interrupt)
+
+
+@contextmanager
+def exit_code_kept() -> Iterator[None]:
+    """Let no signal change the exit code of a command once it is known, nor show a traceback.
+
+    A second Ctrl-C often comes when the first has just been answered.
+    """
+    code: object = 1  # Python's, of an exception that is told by its traceback
+    try:
+        try:
+            yield
+            code = ExitCode.OK
+        except SystemExit as error:
+            code = error.code
+            raise
+        finally:
+            with suppress(GaitoptError):
+                sys.stdout.flush()
+            leave_with(int(code) if isinstance(code, int) else 1)
+    except KeyboardInterrupt:  # amid the answer to another
+        leave_with(int(ExitCode.INTERRUPTED))
+        raise SystemExit(int(ExitCode.INTERRUPTED)) from None
 
 
 def _as_interrupt(number: int, frame: FrameType | None) -> None:

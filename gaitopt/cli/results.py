@@ -12,7 +12,7 @@ from pathlib import Path
 
 import tomli_w
 
-from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.atomic import make_directory, taken_by, write_atomically
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.idle import idle
 from gaitopt.cli.request import Request, choices_text
@@ -190,8 +190,9 @@ def require_files(*files: tuple[Path | None, str]) -> None:
             raise InputError(
                 f"{option} {path}: {other} is to write the same file; give two file names"
             )
-        folder = path.absolute().parent
-        if path.is_dir() or not folder.is_dir():
-            reason = "it is a directory" if path.is_dir() else f"there is no directory '{folder}'"
+        folder = path.resolve().parent  # a link is followed, not replaced
+        reason = taken_by(path)
+        if reason or not folder.is_dir():
+            reason = reason or f"there is no directory '{folder}'"
             raise InputError(f"{option} {path}: cannot write it: {reason}; give another file name")
         require_writable(folder, option)

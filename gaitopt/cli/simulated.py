@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from gaitopt.atomic import taken_by
 from gaitopt.cli.results import require_writable
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
@@ -30,8 +31,8 @@ def require_views(page: Path | None, video: Path | None) -> None:
     """
     for path, option in ((page, "--page"), (video, "--video")):
         if path is not None:
-            if path.is_dir():
-                raise InputError(f"{option} {path} is a directory; give the name of a file in it")
+            if reason := taken_by(path):
+                raise InputError(f"{option} {path}: {reason}; give the name of a file")
             require_writable(path.absolute().parent, option)
     if video is not None:
         from gaitopt.view.video import require_ffmpeg

@@ -17,7 +17,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.standing import STRETCH
 from gaitopt.gait.transition_file import save_transition
 from gaitopt.nlp import Status
-from gaitopt.units import read_number
+from gaitopt.units import read_quantity
 
 STANDING = "standing"
 _SUFFIX = ".npz"
@@ -95,7 +95,7 @@ def _durations(text: str | None) -> tuple[float, ...] | float | None:
     if text is None:
         return None
     try:
-        values = tuple(read_number(part) for part in text.split(","))
+        values = tuple(read_quantity(part, "s") for part in text.split(","))
     except ValueError as error:
         raise InputError(
             f"--duration is '{text}'; give seconds, one for all steps or one for each: 0.3,0.4"

@@ -19,7 +19,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.requirements import MotorLoop, motor_loops, motor_use
 from gaitopt.design.starts import many_starts
-from gaitopt.errors import InputError, NoGaitFoundError
+from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import motors_replaced
 from gaitopt.gait.recorded import robot_of
@@ -28,7 +28,7 @@ from gaitopt.gait.task import Task, task_from_record
 from gaitopt.importers.text_files import read_text
 from gaitopt.model.legs.overrides import without_armature
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, Stop, never
+from gaitopt.nlp import Array, Status, Stop, never
 
 AIMS = ("mass", "loss")
 RESERVE = 1.1
@@ -309,13 +309,18 @@ def designed_with(
     task = task_from_record(gait.fact("task"))
     robot = _with_rotors(robot_of(gait), table)
     try:
-        return many_starts(
+        found = many_starts(
             robot, with_motors(task, table), options, count=2, start=gait.parameters, stop=stop
-        ).design.gait
+        ).design
+    except StoppedError:  # which says nothing about the motors
+        raise
     except NoGaitFoundError as error:
         raise InputError(
             f"with the motors chosen there is no gait '{label}': {error}; give a larger --reserve"
         ) from error
+    if found.solution.status is Status.INTERRUPTED:
+        raise StoppedError(found.solution)
+    return found.gait
 
 
 def _with_rotors(robot: Robot, table: MotorTable) -> Robot:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.atomic import is_leftover, make_directory, write_atomically
+from gaitopt.bounds import GAIT, read_bounded
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, GaitoptError, InputError, reason_of
 from gaitopt.gait.costs import TorqueCost
@@ -200,7 +201,7 @@ class Library:
         path = self.directory / str(state.row["file"])
         try:
             gait = load_gait(path)
-            altered = state.file_digest != digest(path.read_bytes())
+            altered = state.file_digest != digest(read_bounded(path, GAIT))
         except OSError as error:
             raise GaitFileError(f"cannot read '{path}': {reason_of(error)}; {REMEDY}") from error
         except GaitFileError as error:
@@ -294,12 +295,14 @@ def file_fault(path: Path, values: Mapping[str, float], written: str) -> str:
         written: digest of what was written there; empty if unknown.
     """
     try:
-        if written and digest(path.read_bytes()) == written:
+        if path.exists() and not path.is_file():
+            return DAMAGED  # a pipe would be waited for
+        if written and digest(read_bounded(path, GAIT)) == written:
             return ""
         gait = load_gait(path)
     except FileNotFoundError:
         return MISSING
-    except (OSError, GaitFileError):
+    except (OSError, ValueError, GaitFileError):
         return DAMAGED if path.exists() else MISSING
     if _values(gait) != dict(values):
         return MISFILED

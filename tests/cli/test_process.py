@@ -85,6 +85,43 @@ def test_a_signal_before_anything_walks(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_signal_amid_imports_ends_it_at_once(designed, rng):
+    """Each signal a seeded number of modules after the first own one."""
+    words = [sys.executable, "-X", "importtime", "-m", "gaitopt", "check", designed / "gait.npz"]
+    for name in ("SIGINT", "SIGTERM", "SIGHUP") * 2:
+        with subprocess.Popen(
+            [*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        ) as process:  # fmt: skip
+            _await_line(process.stderr, "gaitopt.cli.beginning")
+            for _ in range(rng.integers(20, 300)):
+                process.stderr.readline()
+            process.send_signal(getattr(signal, name))
+            out, said = process.communicate(timeout=300)
+        assert process.returncode == 130, said
+        assert "Traceback" not in said
+        assert out == ""
+
+
+def test_a_signal_after_the_answer_changes_no_exit_code(tmp_path):
+    """It comes while Python takes the process down."""
+    late = (
+        "import atexit, os, signal, sys; from gaitopt.cli import main; "
+        "again = lambda: [os.kill(os.getpid(), n) for n in (signal.SIGTERM, signal.SIGINT)]; "
+        "class Last:\n    def __del__(self): again()\n"
+    )
+    late = late.replace("; class", "\nclass")
+    for when in ("atexit.register(again)", "sys.last_of_all = Last()"):
+        for words, code in ((["--version"], 0), (["check", tmp_path / "none.npz"], 2)):
+            run = f"{late}{when}\nsys.argv = ['gaitopt', *sys.argv[1:]]\nmain()"
+            done = subprocess.run(
+                [sys.executable, "-c", run, *map(str, words)], capture_output=True, text=True,
+                check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
+            )  # fmt: skip
+            assert done.returncode == code, done.stderr
+            assert "Traceback" not in done.stderr
+
+
 def _await_line(stream, text):
     for line in stream:
         if text in line:

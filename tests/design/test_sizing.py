@@ -9,7 +9,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.requirements import motor_loops, motor_uses
 from gaitopt.design.sizing import AIMS, Catalogue, chosen, read_catalogue, size, table_of
-from gaitopt.errors import InputError, SpecError
+from gaitopt.errors import InputError, SpecError, StoppedError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.presets import preset_task
 from gaitopt.solvers import solver_by_name
@@ -56,6 +56,14 @@ def test_the_best_of_all_motors_and_ratios(gaits, catalogue, aim):
     worth, name, ratio = min(fit)
     assert (knee.drive.motor.name, knee.drive.ratio) == (name, ratio)
     assert knee.loss == pytest.approx(worth[1] if aim == "mass" else worth[0], rel=1e-9)
+
+
+def test_a_search_that_is_stopped_blames_no_motor(gaits, catalogue):
+    """Stopped at any time: before there is a walk, and with one that is not done."""
+    for allowed in (0, 5, 40):
+        asked = iter(range(allowed))
+        with pytest.raises(StoppedError, match="^interrupted before there was a result$"):
+            size(gaits, catalogue, QUICK, stop=lambda asked=asked: next(asked, None) is None)
 
 
 def test_gaits_are_designed_again_and_certified(gaits, catalogue, tmp_path):

@@ -119,7 +119,10 @@ def test_the_command_writes_a_library(library):
         (["lib"], "Missing option '--output'"),
         (["lib", "-o", "x.csv"], "'lib' is a directory; name a --format"),
         (["lib", "--format", "csv", "--both-legs"], "--both-legs goes without --format"),
-        (["gait.npz", "--format", "motion", "-o", "gait.npz"], "'gait.npz' is the gait itself"),
+        (
+            ["gait.npz", "--format", "motion", "-o", "gait.npz"],
+            "--output gait.npz: it is the gait itself",
+        ),
         (["gait.npz", "--format", "bvh"], "no format of motions is named 'bvh'"),
         (["gait.npz", "--format", "mjfc"], "did you mean 'mjcf'? choose motion, mujoco"),
         (["gait.npz", "--format", "motion", "--rate", "0"], "a motion has 0 Hz"),
