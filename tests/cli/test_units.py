@@ -9,6 +9,7 @@ import pytest
 from looped_bipeds import parallel_ankles
 
 from gaitopt import load_gait
+from gaitopt.cli import command_options
 from gaitopt.cli.config import SCHEMA, read_config
 from gaitopt.cli.request import limit_of, make_request
 from gaitopt.errors import InputError, RobotError
@@ -16,7 +17,7 @@ from gaitopt.gait.costs import cost_of_text
 from gaitopt.model.import_options import ImportOptions, choices_from_toml
 from gaitopt.model.robot import Robot
 from gaitopt.settings import declared, setting
-from gaitopt.units import SINE, UNITS, read_quantity
+from gaitopt.units import SINE, SLOPE, UNITS, read_quantity
 
 
 @pytest.mark.parametrize(
@@ -186,6 +187,16 @@ def test_every_setting_says_what_it_is():
             assert one.help.endswith((".", "'*knee*=0.02'.")), one.name
             said = one.unit or one.metavar or one.name == "tolerance"
             assert one.kind != "number" or said, one.name
+
+
+def test_every_option_takes_the_unit_that_it_shows():
+    own = [vars(command_options)[name] for name in dir(command_options) if "Options" in name]
+    known = [one for section in SCHEMA.values() for one in section.values()]
+    known += [one for kind in own for one in declared(kind)]
+    shown = {one.unit for one in known if one.unit} - {SINE, SLOPE, "cost/m²"}
+    assert {"Hz", "m/s²", "W", "s"} <= shown
+    for unit in shown:
+        assert read_quantity(f"2{unit}", unit) == read_quantity(f"2 {unit}", unit) == 2.0
 
 
 def test_a_quantity_is_held_at_a_value_with_its_unit(quick):
