@@ -167,12 +167,14 @@ def write_biped(settings: Settings, asked: UrdfOptions) -> None:
     Raises:
         GaitoptError: the specification is not that of a biped, or a file cannot be written.
     """
-    spec, new_spec, output = biped_spec(settings) or biped13(), asked.write_spec, asked.output
+    new_spec, output = asked.write_spec, asked.output
+    require_files((new_spec, "--write-spec"), (output, "--output"))
+    spec = biped_spec(settings) or biped13()
+    text = urdf_text(spec)
+    Robot.from_urdf(text)  # refuse what could not be used afterwards
     if new_spec is not None:
         write_spec(spec, new_spec)
         typer.echo(f"wrote {new_spec}; edit it, then: gaitopt optimise --spec {new_spec}")
-    text = urdf_text(spec)
-    Robot.from_urdf(text)  # refuse what could not be used afterwards
     if output is not None:
         typer.echo(f"wrote {write_atomically(output, text.encode())}")
     elif new_spec is None:

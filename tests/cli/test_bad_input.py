@@ -145,6 +145,7 @@ def test_optimise_refuses(quick, workplace, words, pattern):
         (["urdf", "--spec", "negative.toml", "-o", "out.urdf"], "links.shin.mass = -1 kg"),
         (["urdf", "-o", "file/out.urdf"], "cannot write"),
         (["urdf", "--write-spec", "file/out.toml"], "cannot write"),
+        (["urdf", "--write-spec", "mine.toml", "-o", "no/a.urdf"], "there is no directory '.*no'"),
         (["inspect", "--html", "file/out.html"], "--html file/out.html: cannot write it"),
         (["inspect", "--write-choices", "no/c.toml"], "there is no directory '.*no'"),
         (

@@ -62,7 +62,7 @@ def test_a_search_that_is_stopped_blames_no_motor(gaits, catalogue):
     """Stopped at any time: before there is a walk, and with one that is not done."""
     for allowed in (0, 5, 40):
         asked = iter(range(allowed))
-        with pytest.raises(StoppedError, match="^interrupted before there was a result$"):
+        with pytest.raises(StoppedError, match=r"^interrupted before there was a result$"):
             size(gaits, catalogue, QUICK, stop=lambda asked=asked: next(asked, None) is None)
 
 
