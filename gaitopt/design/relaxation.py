@@ -380,9 +380,9 @@ class LimitAdjustment(Adjustment):
                 continue
             for margin, (force, sign) in constraint.couplings.items():
                 rise = share * (_number(task, margin) - _number(problem.task, margin))
-                if rise == 0.0:
-                    continue
                 rows = np.arange(problem.rows.lower.size)[problem.rows_of(name)]
+                if rise == 0.0 or force not in present or rows.size % present[force].size:
+                    continue  # nothing moves, or rows of one's own have no force each
                 per_force = rows.size // present[force].size
                 first = problem.rows_of(force).start
                 partners = first + np.arange(rows.size) // per_force

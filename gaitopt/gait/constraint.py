@@ -11,7 +11,7 @@ import math
 import sys
 from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -154,8 +154,8 @@ def check_declaration(one: object, *names: str) -> None:
         names: what it has to declare.
 
     Raises:
-        InputError: a name is missing, `reads` is no tuple of quantities, or it keeps values without
-            being a frozen dataclass.
+        InputError: a name is missing or no text, `reads` is no tuple of quantities, or it keeps
+            values without being a frozen dataclass.
     """
     kind = type(one).__name__
     if missing := [name for name in names if not hasattr(one, name)]:
@@ -163,6 +163,12 @@ def check_declaration(one: object, *names: str) -> None:
             f"{kind} declares no {' and no '.join(missing)}; its class says what it is "
             "(docs/extending.md)"
         )
+    for text in ("name", "unit", "words", "equation"):
+        value = getattr(one, text, "-")
+        if not (callable(value) or isinstance(value, str)) or (value == "" and text != "unit"):
+            raise InputError(f"the {text} of {kind} is {shown(value)}; give a text")
+        if isinstance(value, str) and not value.isprintable():
+            raise InputError(f"the {text} of {kind} is {shown(value)}; give a text of one line")
     reads = getattr(one, "reads", ())
     if not (isinstance(reads, tuple) and all(isinstance(entry, Quantity) for entry in reads)):
         raise InputError(
@@ -175,6 +181,36 @@ def check_declaration(one: object, *names: str) -> None:
             f"{kind} keeps values but is no frozen dataclass; write @dataclass(frozen=True) above "
             "its class, so that gait files can record them"
         )
+
+
+def check_relaxation(one: Constraint, margins: Container[str], constraints: Container[str]) -> None:
+    """Check what a constraint says of its margins and of how much of its rows matters.
+
+    Args:
+        one: of one's own.
+        margins, constraints: names that there are, but for those of its own fields.
+
+    Raises:
+        InputError: `change` is no number above 0, `margins` no tuple of texts, or `couplings` names
+            what is none, or gives no number.
+    """
+    kind = type(one).__name__
+    if not (is_of_use(one.change) and one.change > 0.0):
+        raise InputError(f"change of {kind} is {shown(one.change)}; it must be above 0, {USABLE}")
+    if not (isinstance(one.margins, tuple) and all(isinstance(n, str) for n in one.margins)):
+        raise InputError(
+            f"margins of {kind} is {shown(one.margins)}; give a tuple of names: ('friction',)"
+        )
+    whole = f'couplings of {kind}; write them as couplings = {{"friction": ("load", 1.0)}}'
+    if not isinstance(one.couplings, Mapping):
+        raise InputError(f"{shown(one.couplings)} cannot be the {whole}")
+    for name, pair in one.couplings.items():
+        if not (isinstance(pair, tuple) and len(pair) == 2 and is_of_use(pair[1]) and pair[1]):
+            raise InputError(f"{shown({name: pair})} cannot be among the {whole}")
+        if not (name in margins or name in declared_margins(one)):
+            raise InputError(f"there is no margin {shown(name)}, which is among the {whole}")
+        if pair[0] not in constraints:
+            raise InputError(f"there is no constraint {shown(pair[0])}, which is among the {whole}")
 
 
 def failure(error: Exception, one: object) -> str:

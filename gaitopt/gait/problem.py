@@ -543,6 +543,7 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
         )
     if len({one.rows for one in block.reads}) != 1:
         raise InputError(f"{where} reads quantities with different rows: {block.reads}")
+    _check_instants(block, context, where)
     shape = (len(block.instants), len(block.labels))
     typical = np.concatenate([typical_entries(one, context.robot) for one in block.reads])
     check_function(block.function, typical, shape[1], where)
@@ -551,6 +552,21 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
     if not (_are_numbers(scale) and np.isfinite(scale).all() and (scale > 0.0).all()):
         raise InputError(f"the scale of {where} is {block.scale}; it must be above 0")
     return block
+
+
+def _check_instants(block: ConstraintBlock, context: ConstraintContext, where: str) -> None:
+    instants = np.asarray(block.instants)
+    last = (len(block.reads[0].rows) if block.times is None else context.grid.count) - 1
+    if not (
+        instants.ndim == 1
+        and np.issubdtype(instants.dtype, np.integer)
+        and ((instants >= 0) & (instants <= last)).all()
+        and (np.diff(instants) > 0).all()
+    ):
+        raise InputError(
+            f"the instants of {where} are {shown(instants.tolist())}; give indices from 0 to "
+            f"{last} that increase"
+        )
 
 
 def _are_numbers(values: Array) -> bool:

@@ -21,6 +21,7 @@ from gaitopt.gait.constraint import (
     Constraint,
     Margin,
     check_declaration,
+    check_relaxation,
     declared_margins,
     is_finite,
     is_of_use,
@@ -535,6 +536,8 @@ def _own(constraints: object) -> tuple[Constraint, ...]:
     for kind, known in (("constraint", names), ("margin", margins)):
         if twice := {name for name in known if known.count(name) > 1}:
             raise InputError(f"two {kind}s are called '{sorted(twice)[0]}'; rename one")
+    for one in given:
+        check_relaxation(one, declared_margins(Margins), names)
     return given
 
 

@@ -280,6 +280,10 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
         InputError: a number of it is none, its height is not finite, a derivative is wrong, or the
             footprints are not level or not where `rise` says.
     """
+    if not isinstance(words := terrain.words(step), str):
+        raise InputError(
+            f"the words of the terrain '{terrain.name}' are {shown(words)}; give a text"
+        )
     for name, value in (("lift", terrain.lift), ("rise", terrain.rise)):
         if not _is_finite(value):
             raise InputError(

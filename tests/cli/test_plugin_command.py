@@ -242,6 +242,25 @@ BROKEN = [
         "raise SystemExit(0)\nconstraints =",
         "cannot be imported: SystemExit",
     ),
+    (LIMIT, "reads =", "change = 0\n    reads =", "change of Roll is 0; it must be above 0"),
+    (LIMIT, "reads =", "change = float('nan')\n    reads =", "change of Roll is nan"),
+    (LIMIT, "reads =", "change = 'x'\n    reads =", "change of Roll is 'x'"),
+    (
+        LIMIT,
+        "reads =",
+        "margins = 'friction'\n    reads =",
+        "margins of Roll is 'friction'; give a",
+    ),
+    (LIMIT, "reads =", "equation = 5\n    reads =", "the equation of Roll is 5; give a text"),
+    (LIMIT, '"roll", "rad"', '"", "rad"', "the name of Roll is ''; give a text"),
+    (LIMIT, '"roll", "rad"', '"a\\nb", "rad"', "the name of Roll is .*; give a text of one line"),
+    (LIMIT, '"roll", "rad"', '"roll", None', "the unit of Roll is None; give a text"),
+    (LIMIT, ROWS, f"{ROWS}, instants=np.array([-1])", r"'roll' are \[-1\]; give indices from 0 to"),
+    (LIMIT, ROWS, f"{ROWS}, instants=np.array([3, 3])", r"'roll' are \[3, 3\]; give indices"),
+    (SUM, '"calm", "rad', '7, "rad', "the name of Calm is 7; give a text"),
+    (SUM, '"rad²/(m·s)"', "None", "the unit of Calm is None; give a text"),
+    (GROUND, '"plains", True', "7, True", "the name of Plains is 7; give a text"),
+    (GROUND, 'return "over plains"', "return 7", "the words of the terrain 'plains' are 7"),
     (SUM, "return SquaredNorm(", "return (", "cost 'calm' has array.* for its function"),
     (
         SUM.replace("import R", "import ComplexStep, R"),
@@ -256,6 +275,43 @@ BROKEN = [
     (GROUND, "0.3", "'far'", "has the length 'far'; give metres"),
     (GROUND, "return np.zeros(x.shape),", "return", "no tuple of the height and two derivatives"),
 ]
+
+
+COUPLINGS = [
+    ("None", "None cannot be the couplings of Roll; write them as"),
+    ("['friction']", r"\['friction'\] cannot be the couplings"),
+    ("{'friction': 'load'}", "{'friction': 'load'} cannot be among the couplings"),
+    ("{'friction': ('load', float('nan'))}", "cannot be among the couplings"),
+    ("{'friction': ('load', 0)}", "cannot be among the couplings"),
+    ("{'friction': ('load', 'x')}", "cannot be among the couplings"),
+    ("{'friction': ('lod', 1.0)}", "there is no constraint 'lod', which is among the couplings"),
+    ("{'frition': ('load', 1.0)}", "there is no margin 'frition', which is among the couplings"),
+    ("{5: ('load', 1.0)}", "there is no margin 5, which is among the couplings"),
+]
+
+
+@pytest.mark.parametrize(("couplings", "message"), COUPLINGS)
+def test_couplings_that_cannot_be_are_refused_before_any_work(couplings, message, tmp_path, cli):
+    path = tmp_path / "mine.py"
+    path.write_text(LIMIT.replace("reads =", f"couplings = {couplings}\n    reads ="))
+    found = cli("optimise", "--plugin", path, *QUICK, "--no-refine", "--max-iterations", "1")
+    assert found.exit_code == 2
+    assert re.search(message, found.stderr), found.stderr
+    assert 'couplings = {"friction": ("load", 1.0)}' in found.stderr
+
+
+@pytest.mark.parametrize(("force", "rows"), [("load", "[0]"), ("front load", "None")])
+def test_couplings_without_a_force_for_each_row_do_no_harm(force, rows, tmp_path, cli):
+    """The walk cannot be, so that what would make one is searched, the friction among it."""
+    path = tmp_path / "mine.py"
+    text = LIMIT.replace("reads =", f"couplings = {{'friction': ({force!r}, 1.0)}}\n    reads =")
+    if rows != "None":
+        text = text.replace(ROWS, f"{ROWS}, instants=np.array({rows})")
+    path.write_text(text)
+    cannot = ("--samples", "9", "--torque-limit", "20", "--friction", "0.3")
+    found = cli("optimise", "--plugin", path, *QUICK, *cannot)
+    assert found.exit_code == 3, found.stderr
+    assert "no feasible gait was found" in found.stderr
 
 
 @pytest.mark.parametrize(("text", "sound", "broken", "message"), BROKEN)
