@@ -644,6 +644,10 @@ def same_numbers(computed: NDArray[Any], stored: NDArray[Any]) -> bool:
     return bool(np.abs(computed - stored).max(initial=0.0) <= SAME * size)
 
 
+_WIDTHS = {"f": np.float64, "i": np.int64}
+"""Numbers in memory, by their kind: Pinocchio takes these alone, files may be of other programs."""
+
+
 def read_members(source: Path) -> tuple[Arrays, dict[str, str]]:
     """Return the arrays of a file, and the digest of each."""
     if source.is_dir():
@@ -684,7 +688,10 @@ def _array(name: str, data: bytes) -> NDArray[Any]:
         raise ValueError(f"{name} holds no array of the size in its header")
     stream.seek(0)
     array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
-    return array
+    if array.dtype.kind not in _WIDTHS:
+        return array
+    with np.errstate(over="ignore"):  # what is then infinite is refused as such
+        return array.astype(_WIDTHS[array.dtype.kind], copy=False)
 
 
 def altered(members: Arrays, digests: Mapping[str, str]) -> tuple[str, ...]:

@@ -381,7 +381,7 @@ def checked_multibody(body: Multibody) -> Multibody:
     for entry in fields(body):
         value = getattr(body, entry.name)
         numbers = isinstance(value, np.ndarray) and value.dtype.kind == "f"
-        if numbers and np.abs(value).max(initial=0.0) > NUMBER:
+        if numbers and float(np.abs(value).max(initial=0.0)) > NUMBER:  # not as a float32
             raise RobotError(
                 f"the robot of the gait is not one: its {entry.name} holds a number beyond "
                 f"{NUMBER:g}"

@@ -73,7 +73,7 @@ def test_a_page_and_a_film_are_written(cli, designed, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--page", "."), "is wrong; give a file whose name ends in .html or"),
+        (("--page", "."), "'--page': '.' is wrong; give a file whose"),
         (("--page", f"{__file__}/x.html"), "is a file; give another --page directory"),
         (("--video", "walk.txt"), "a video 'walk.txt' cannot be made; end its name in .mp4"),
         (("--video", "walk.mp4"), "a video is made by ffmpeg, which is not there; install it"),

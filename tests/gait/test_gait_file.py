@@ -5,6 +5,7 @@ import re
 import stat
 import sys
 import zipfile
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -295,6 +296,29 @@ def test_every_key_of_the_record_that_was_changed_is_noticed(designed, tmp_path)
             continue
         path = written(tmp_path / "gait.npz", {**members, "meta": other}, seal=True)
         assert audit(load_gait(path)).altered, key
+
+
+def test_legs_of_another_number_of_joints_are_noticed(designed, tmp_path):
+    with np.load(designed) as content:
+        members = {k: content[k] for k in content.files}
+    record = json.loads(str(members["meta"]))
+    for count in (4, 5, 7):
+        other = np.array(json.dumps({**record, "leg_joints": count}))
+        path = written(tmp_path / "gait.npz", {**members, "meta": other}, seal=True)
+        assert audit(load_gait(path)).altered == ("leg_joints",)
+
+
+def test_numbers_of_another_width_are_read_or_refused_without_a_warning(designed, tmp_path):
+    with np.load(designed) as content:
+        members = {k: content[k] for k in content.files}
+    for name, array in members.items():
+        kinds = {"f": ("float16", "float32", ">f8", "longdouble"), "i": ("int8", ">i4")}
+        for kind in kinds.get(array.dtype.kind, ()):
+            most = 100 if kind == "int8" else 6e4
+            narrow = {**members, name: array.clip(-most, most).astype(kind)}
+            path = written(tmp_path / "gait.npz", narrow, seal=True)
+            with suppress(GaitoptError):
+                assert load_gait(path).time.dtype == members["time"].dtype
 
 
 def test_without_digest_nothing_is_believed(designed, tmp_path):
