@@ -422,6 +422,9 @@ def checked_multibody(body: Multibody) -> Multibody:
     refuse("a body has a mass below 0", body.mass < 0.0)
     if not body.mass.sum() > 0.0:
         raise RobotError("the robot of the gait is not one: it has no mass")
+    moments = np.linalg.eigvalsh(body.inertia)  # a rod's least one is 0 but for rounding
+    below = moments[:, 0] < -_RIGID * np.abs(moments).max(axis=1, initial=0.0)
+    refuse("the inertia should be positive", below)
     try:
         _ = body.model
     except RuntimeError as error:  # Pinocchio judges the inertias
