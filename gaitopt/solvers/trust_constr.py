@@ -234,6 +234,9 @@ class _Run:
             "initial_barrier_parameter": self.barrier,
             "initial_barrier_tolerance": self.barrier,
         }
+        if self.working_set.equalities:
+            # They may depend on each other: over them SciPy's LU has BLAS write to the terminal.
+            options["factorization_method"] = "SVDFactorization"
         constraints = self._constraints()
         hessian: Any = optimize.BFGS(exception_strategy="damp_update")
         if nlp.has_hessian:
@@ -274,6 +277,10 @@ class _Run:
             multipliers[rows] = factor * v[: rows.size]
             return program.hessian(u, multipliers, program.nlp.cost_scale)
 
+        def slopes(u: Array) -> Any:
+            J = factor * np.vstack([program.jacobian(u)[rows], unit])
+            return J if self.working_set.equalities else csr_array(J)  # slacks make it sparse
+
         # The published type of `hess` lacks its second argument.
         hessian: Any = weighed if nlp.has_hessian else BFGS(exception_strategy="damp_update")
         return [
@@ -281,7 +288,7 @@ class _Run:
                 lambda u: factor * np.append(program.rows(u)[rows], u[bounds]),
                 lower,
                 upper,
-                jac=lambda u: csr_array(factor * np.vstack([program.jacobian(u)[rows], unit])),
+                jac=slopes,
                 hess=hessian,
             )
         ]
@@ -344,6 +351,12 @@ class WorkingSet:
     bounds: Indices
     row_limits: Array
     bound_limits: Array
+
+    @property
+    def equalities(self) -> bool:
+        """Whether there are rows or bounds, and all are held at one value."""
+        lower, upper = np.hstack([self.row_limits, self.bound_limits])
+        return lower.size > 0 and np.array_equal(lower, upper)
 
 
 def nearest_rows(nlp: NLP, point: Point, multipliers: Array, count: int) -> WorkingSet:

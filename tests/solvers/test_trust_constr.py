@@ -77,6 +77,24 @@ def test_confirms_a_solution_in_few_iterations(program: bank.Textbook) -> None:
     np.testing.assert_allclose(solution.x, program.solution, atol=1e-6)
 
 
+def test_held_rows_may_depend_on_each_other(capfd: pytest.CaptureFixture[str]) -> None:
+    corner = many_sided_disk()
+    rows = np.tile(np.arange(60), 5)  # every side five times
+    program = replace(
+        corner,
+        value=lambda x: corner.value(x)[rows],
+        jacobian=lambda x: corner.jacobian(x)[rows],
+        row_curvatures=lambda x: [np.zeros((2, 2))] * rows.size,
+        rows=bank.limits([-np.inf] * rows.size, [1.0] * rows.size),
+        multipliers=corner.multipliers[rows] / 5.0,
+    )
+    solver = TrustConstr(tolerance=1e-9)
+    near = Start(program.solution + 1e-9, program.multipliers, program.bound_multipliers)
+    solution = solver.solve(program, near)
+    assert solution.status is Status.OPTIMAL
+    assert capfd.readouterr() == ("", "")
+
+
 def test_wrong_multipliers_are_put_right() -> None:
     program = bank.hs43()
     wrong = np.array([0.0, 5.0, 0.0])  # the row that is not active
