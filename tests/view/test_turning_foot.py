@@ -14,7 +14,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.motions.stride import record, stride_samples
+from gaitopt.motions.stride import stride_record, stride_samples
 from gaitopt.view.animation import frames
 from gaitopt.view.contacts import COLOURS, contact_colour
 from gaitopt.view.figures import make_figure
@@ -41,13 +41,13 @@ def test_frames_are_apart_and_show_the_tilted_foot(gait):
 
 
 def test_the_export_has_the_turn_and_none_without(gait, robot):
-    turn = record(gait, stride_samples(gait))["standing_foot_turn"]
+    turn = stride_record(gait, stride_samples(gait))["standing_foot_turn"]
     assert turn["contact"] == "toe line"
     assert turn["knots"][0] == pytest.approx(0.325)
     assert turn["coefficients"][-3] == pytest.approx(0.15)
     flat = WalkProblem(robot, preset_task())
     still = gait_at(flat, first_guess(flat), {})
-    assert record(still, stride_samples(still))["standing_foot_turn"] is None
+    assert stride_record(still, stride_samples(still))["standing_foot_turn"] is None
 
 
 def test_the_table_has_a_line_for_it(gait):
