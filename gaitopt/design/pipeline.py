@@ -24,7 +24,7 @@ from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
-from gaitopt.solvers import SQP, FiniteDifferenceNLP, Solver
+from gaitopt.solvers import FiniteDifferenceNLP
 from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import FEASIBLE
 from gaitopt.version import __version__
@@ -40,8 +40,6 @@ VANISHED = 1e-3
 SOFTER = 1.02
 """Of the cost of the walk whose impulse vanishes, at most, at zero speed (measured: 0.1 to 0.6 %
 more, of walks that were no optima yet)."""
-UPPER_BODY_CURVATURE = 0.1
-"""Most that least curvatures are raised to where the upper body moves (docs/your-robot.md)."""
 ROUND = 70
 """Iterations of a round of refinement, which begins near its solution (most take fewer than ten). A
 round that crawls is better followed by another, at whose instants it often does not."""
@@ -99,26 +97,13 @@ def attempt(
     """
     if problem.schedule.striking and multipliers is None:
         return _struck_walk(problem, options, x, callback, stop)
-    solver, nlp = search_solver(problem, options), derived(problem, options)
+    solver, nlp = options.solver.first_stage, derived(problem, options)
     if multipliers is not None or not begins_relaxed(problem.task, options):
         return solver.solve(nlp, Start(x, multipliers), callback, stopping(stop))
     start, spent = _relaxed_walk(problem, options, x, callback, stop)
     if spent.status is Status.INTERRUPTED:
         return replace(spent, cost=np.nan, violation=np.inf)  # of another walk
     return with_work(solver.solve(nlp, start, callback, stopping(stop)), spent)
-
-
-def search_solver(problem: WalkProblem, options: DesignOptions) -> Solver:
-    """Return the solver from a first guess.
-
-    The cost hardly feels wrists and elbows: their curvatures are 1e-4 to 1e-2 where those of legs
-    are 3e4, and steps along them lead far and astray. Where the upper body moves they are damped
-    until an optimum is near.
-    """
-    solver = options.solver.first_stage
-    if isinstance(solver, SQP) and problem.robot.tree.size > problem.robot.tree.swing_foot:
-        return replace(solver, soft_curvature=UPPER_BODY_CURVATURE)
-    return solver
 
 
 def _struck_walk(
@@ -132,7 +117,7 @@ def _struck_walk(
 
     Where there is no impact that both feet could take, that walk, as one that has stalled.
     """
-    solver, easier = search_solver(problem, options), gentle(problem)
+    solver, easier = options.solver.first_stage, gentle(problem)
     found = solver.solve(
         derived(easier, options), Start(carried_over(x, problem, easier)), callback, stopping(stop)
     )
@@ -179,7 +164,7 @@ def _relaxed_walk(
         problem.task.margins, liftoff_speed=RELAXED_LIFTOFF * problem.robot.scales.speed
     )
     easier = problem.with_task(replace(problem.task, margins=margins))
-    found = search_solver(problem, options).solve(
+    found = options.solver.first_stage.solve(
         derived(easier, options), Start(x), callback, stopping(stop)
     )
     if not (is_walk(found) or found.status is Status.OPTIMAL):  # roughly, if that was asked for

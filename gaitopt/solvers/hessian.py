@@ -148,17 +148,16 @@ def unchanged(matrix: Array) -> ConvexModel:
     return ConvexModel(matrix, 0.0, np.zeros((n, 0)), np.zeros((0, 0)))
 
 
-def convexify(hessian: Array, active: Array, floor: float = FLOOR) -> ConvexModel:
+def convexify(hessian: Array, active: Array) -> ConvexModel:
     """Return a positive definite model of a Hessian.
 
     Args:
         hessian: of the Lagrangian, shape (n, n), symmetric.
         active: gradients of the rows believed active, shape (k, n).
-        floor: least curvature on their null space, `FLOOR` or more.
     """
     Q1, Q2, solver = _spaces(active)
     reduced = Q2.T @ hessian @ Q2
-    positive = _absolute(reduced, floor)
+    positive = _absolute(reduced)
     coupling = Q1.T @ hessian @ Q2
     sigma = _range_curvature(Q1.T @ hessian @ Q1, coupling, positive)
     matrix = hessian + Q2 @ (positive - reduced) @ Q2.T + sigma * (Q1 @ Q1.T)
@@ -177,11 +176,11 @@ def _spaces(active: Array) -> tuple[Array, Array, Array]:
     return Vt[:rank].T, Vt[rank:].T, solver
 
 
-def _absolute(matrix: Array, floor: float) -> Array:
+def _absolute(matrix: Array) -> Array:
     if matrix.size == 0:
         return matrix
     eigenvalues, V = np.linalg.eigh(matrix)
-    return np.asarray((V * np.maximum(np.abs(eigenvalues), floor)) @ V.T)
+    return np.asarray((V * np.maximum(np.abs(eigenvalues), FLOOR)) @ V.T)
 
 
 def _range_curvature(range_block: Array, coupling: Array, null_block: Array) -> float:

@@ -37,7 +37,7 @@ from gaitopt.solvers.globalization import (
     initial_penalty,
     judge,
 )
-from gaitopt.solvers.hessian import FLOOR, LagrangianHessian
+from gaitopt.solvers.hessian import LagrangianHessian
 from gaitopt.solvers.multipliers import bound_multipliers, one_sided
 from gaitopt.solvers.qp import BACKENDS
 from gaitopt.solvers.solver import (
@@ -85,9 +85,6 @@ NEARLY = 1e-4
 """KKT residual of feasible iterates below which that is done at once: the multipliers of a step
 belong to where it began, and may hide for an iteration that it has arrived."""
 
-SOFT_SHARE = 1e-2
-"""Of the KKT residual: least curvature of the convex model, within its limits (measured)."""
-
 
 @checked
 @dataclass(frozen=True)
@@ -104,8 +101,6 @@ class SQP(SingleStage):
         initial_radius, max_radius: of the trust region, in units of the variables' scale
             (measured: 0.07 to 0.15 and 2 to 5 do equally well).
         min_radius: a smaller trust region ends the run.
-        soft_curvature: most that the least curvature of the convex model is raised to, far from an
-            optimum; by default it is not.
         penalty: weight of the slack at the beginning. In the end it must exceed the sum of the
             multipliers, and is raised by itself when it proves too small (measured: begun with
             that sum or less, more starts lead to an optimum than with several times as much) ...
@@ -126,7 +121,6 @@ class SQP(SingleStage):
     initial_radius: float = 0.1
     max_radius: float = 2.0
     min_radius: float = 1e-10
-    soft_curvature: float = FLOOR
     penalty: float = 200.0
     max_penalty: float = 1e6
 
@@ -289,14 +283,8 @@ class _Run:
                 self.hessian.definite,
                 self.penalty,
                 tight=self.slack <= self.options.feasibility,
-                floor=self._floor(),
             )
         return self.model
-
-    def _floor(self) -> float:
-        """Return the least curvature of the convex model at the iterate."""
-        share = SOFT_SHARE * self.iterate.residual.optimality
-        return max(FLOOR, min(share, self.options.soft_curvature))
 
     def _solve_subproblem(self, model: LocalModel) -> tuple[Subproblem, ElasticStep | None]:
         """Solve the subproblem; raise the penalty while only it keeps the violation up."""

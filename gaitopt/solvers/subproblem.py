@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.nlp import NLP, Array, Indices, Slopes
-from gaitopt.solvers.hessian import FLOOR, ConvexModel, convexify, unchanged
+from gaitopt.solvers.hessian import ConvexModel, convexify, unchanged
 from gaitopt.solvers.qp import QuadraticProgram, solve_qp
 from gaitopt.solvers.solver import Iterate
 
@@ -75,7 +75,6 @@ class LocalModel:
         bound_below, bound_above: the same for the variables, shape (n,).
         up, down: rows believed active at their upper, lower limit.
         bound_up, bound_down: variables believed active at their upper, lower bound.
-        floor: least curvature of `convex` on the null space of these.
     """
 
     gradient: Array
@@ -91,7 +90,6 @@ class LocalModel:
     down: Indices
     bound_up: Indices
     bound_down: Indices
-    floor: float = FLOOR
 
     def predicted_decrease(self, d: Array) -> float:
         """Return how much the scaled cost should fall by d (n,), by the unmodified Hessian."""
@@ -99,13 +97,7 @@ class LocalModel:
 
 
 def build_model(
-    nlp: NLP,
-    iterate: Iterate,
-    hessian: Array,
-    definite: bool,
-    penalty: float,
-    tight: bool,
-    floor: float = FLOOR,
+    nlp: NLP, iterate: Iterate, hessian: Array, definite: bool, penalty: float, tight: bool
 ) -> LocalModel:
     """Build the local model at an iterate.
 
@@ -116,7 +108,6 @@ def build_model(
         definite: whether it is known to be positive definite.
         penalty: nu, the weight of the slack.
         tight: whether the slack is believed to be zero at the next step.
-        floor: least curvature of the convex model on the null space of the active rows.
     """
     point, scale = iterate.point, nlp.variables.scale
     jacobian = ScaledSlopes(point.slopes, scale)
@@ -126,12 +117,10 @@ def build_model(
     if definite:
         convex = unchanged(elastic)
     elif tight:
-        convex = convexify(
-            elastic, _active(jacobian, up, down, bound_up, bound_down, scale.size), floor
-        )
+        convex = convexify(elastic, _active(jacobian, up, down, bound_up, bound_down, scale.size))
     else:
         # With slack left the rows do not fix the step's range part (measured: it stalls).
-        convex = convexify(elastic, np.zeros((0, elastic.shape[0])), floor)
+        convex = convexify(elastic, np.zeros((0, elastic.shape[0])))
     return LocalModel(
         gradient=nlp.cost_scale * point.gradient * scale,
         hessian=hessian,
@@ -146,7 +135,6 @@ def build_model(
         down=down,
         bound_up=bound_up,
         bound_down=bound_down,
-        floor=floor,
     )
 
 
@@ -165,7 +153,7 @@ def with_active(
     if all(np.array_equal(one, other) for one, other in zip(told, known, strict=True)):
         return model
     elastic = _with_slack(model.hessian, STIFFNESS * penalty)
-    convex = convexify(elastic, _active(model.jacobian, *told, model.gradient.size), model.floor)
+    convex = convexify(elastic, _active(model.jacobian, *told, model.gradient.size))
     up, down, bound_up, bound_down = told
     return replace(model, convex=convex, up=up, down=down, bound_up=bound_up, bound_down=bound_down)
 

@@ -15,7 +15,6 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Point, Start, Status, Values
 from gaitopt.solvers import SQP, sqp
-from gaitopt.solvers.hessian import convexify
 from gaitopt.tolerances import FEASIBLE
 
 
@@ -206,17 +205,3 @@ def test_a_hessian_by_which_no_step_is_found_is_put_aside(robot, monkeypatch) ->
     useless = 1e4 * np.eye(guess.size)
     assert SQP().solve(problem, Start(guess, hessian=useless)).status is Status.OPTIMAL
     assert not np.allclose(asked[1], asked[0])
-
-
-@pytest.mark.parametrize("program", bank.SOLVABLE, ids=lambda program: program.title)
-def test_more_curvature_far_away_leads_to_the_same_solution(program: bank.Textbook) -> None:
-    plain = SQP(tolerance=1e-8).solve(program, Start(program.start))
-    damped = SQP(tolerance=1e-8, soft_curvature=0.1).solve(program, Start(program.start))
-    assert damped.status is plain.status is Status.OPTIMAL
-    assert damped.cost == pytest.approx(plain.cost, abs=1e-6 * max(1.0, abs(plain.cost)))
-
-
-def test_least_curvature_is_that_asked_for_where_the_step_is_free() -> None:
-    hessian, active = np.diag([3.0, -2.0, 1e-5]), np.array([[1.0, 0.0, 0.0]])
-    matrix = convexify(hessian, active, floor=0.1).matrix
-    np.testing.assert_allclose(np.diag(matrix)[1:], [2.0, 0.1])
