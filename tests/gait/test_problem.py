@@ -26,7 +26,7 @@ def differences(name: str) -> list[np.ndarray]:
 
     # The speeds with which a foot leaves depend little on anything: their differences are small.
     large = "toe off" in name or "upstairs" in name
-    step = STEP * (10.0 if large else 4.0 if "seven joints" in name else 1.0)
+    step = STEP * (10.0 if large else 2.0 if "seven joints" in name else 1.0)
     return [jacobian_difference(values, x, problem.variables.scale, h) for h in steps(step)]
 
 

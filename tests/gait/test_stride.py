@@ -38,8 +38,8 @@ from gaitopt.view.page import facts
 
 
 @cache
-def found(**changes):
-    return design_gait(biped(), preset_task(**{"speed": 0.5, **changes}), starts=1)
+def found(options=None, /, **changes):
+    return design_gait(biped(), preset_task(**{"speed": 0.5, **changes}), options, starts=1)
 
 
 @cache
@@ -101,13 +101,19 @@ def test_a_straight_stride_solved_is_the_walk_of_one_step():
         assert relative_error(step.torque, one.gait.torque) < 1e-4
 
 
-def test_turns_to_either_side_are_mirror_images():
-    left, right = found(turn_rate=0.4), found(turn_rate=-0.4)
-    assert left.solution.cost == pytest.approx(right.solution.cost, rel=1e-8)
+@pytest.mark.parametrize(
+    ("options", "cost", "motion"),
+    # Refined, limits are held at other instants by rounding, and exceeded by 2.5e-7 between them.
+    [(DesignOptions(refine=False), 1e-8, 1e-6), (None, 1e-7, 1e-5)],
+    ids=["at the samples", "refined"],
+)
+def test_turns_to_either_side_are_mirror_images(options, cost, motion):
+    left, right = found(options, turn_rate=0.4), found(options, turn_rate=-0.4)
+    assert left.solution.cost == pytest.approx(right.solution.cost, rel=cost)
     for one, other in zip(left.gait.steps, reversed(right.gait.steps), strict=True):
-        assert relative_error(one.q, other.q) < 1e-6
-        assert relative_error(one.torque, other.torque) < 1e-6
-        assert relative_error(one.impulse, other.impulse) < 1e-6
+        assert relative_error(one.q, other.q) < motion
+        assert relative_error(one.torque, other.torque) < motion
+        assert relative_error(one.impulse, other.impulse) < motion
 
 
 @pytest.mark.parametrize(

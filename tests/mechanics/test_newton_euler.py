@@ -215,7 +215,7 @@ def test_the_joint_values_change_sign_with_the_chain():
 def test_the_referee_shares_no_code_with_what_it_judges(module):
     text = Path(module.__file__).read_text(encoding="utf-8")
     imported = set(re.findall(r"^\s*(?:from|import) (\S+)", text, flags=re.MULTILINE))
-    own = {f"gaitopt.{name}" for name in ("errors", "nlp", "mechanics.mdh_chain")}
+    own = {f"gaitopt.{name}" for name in ("dataclass", "errors", "nlp", "mechanics.mdh_chain")}
     assert "numpy" in imported
     assert imported <= own | {
         "__future__",
