@@ -1,12 +1,16 @@
+import asyncio
+import base64
 import html
+import io
 import json
 import re
 import subprocess
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import BROWSER
+from browser import BROWSER, opened
 from matplotlib.image import imread
 from page_scene import data_of, numbers, scene_of, tracks_of
 from sample_gait import bare_gait, sample_gait
@@ -134,25 +138,36 @@ def test_lost_meshes_are_told_and_the_robot_is_drawn_without_them():
     assert "its package (--package-dir). The robot is drawn as a skeleton" in bones
 
 
-def screenshot(page, fragment, folder):
-    picture = folder / "shot.png"
-    command = [BROWSER, *FLAGS, f"--user-data-dir={folder / 'profile'}"]
-    command += [f"--screenshot={picture}", f"{page.as_uri()}#{fragment}"]
-    subprocess.run(command, check=True, capture_output=True, timeout=300)
-    return imread(picture)[..., :3]
+async def screenshot(page, fragment, folder):
+    """The page in its own time, once its scene is drawn: nothing but the picture tells that."""
+    folder.mkdir()
+    async with opened(f"{page.as_uri()}#{fragment}", folder) as one:
+        size = {"width": 640, "height": 480, "deviceScaleFactor": 1, "mobile": False}
+        await one.call("Emulation.setDeviceMetricsOverride", **size)
+        ends, before = time.monotonic() + 100.0, None
+        while time.monotonic() < ends:
+            data = (await one.call("Page.captureScreenshot", format="png"))["data"]
+            picture = imread(io.BytesIO(base64.b64decode(data)))[..., :3]
+            if data == before and picture[MIDDLE].std() > 0.05:
+                break
+            before = data
+            await asyncio.sleep(0.3)
+        return picture
+
+
+MIDDLE = (slice(60, 400), slice(220, 420))  # between the cards: only WebGL paints here
 
 
 @pytest.mark.browser
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
 def test_a_browser_draws_the_robot_and_it_moves(tmp_path):
     page = write_page(sample_gait(), tmp_path / "gait.html", steps=2)
-    first = screenshot(page, "t=0.1&paused", tmp_path)
-    second = screenshot(page, "t=0.3&paused", tmp_path)
-    middle = (slice(60, 400), slice(220, 420))  # between the cards: only WebGL paints here
-    assert first[middle].std() > 0.05
-    changed = np.abs(first[middle] - second[middle]).max(axis=2) > 0.1
+    first = asyncio.run(screenshot(page, "t=0.1&paused", tmp_path / "first"))
+    second = asyncio.run(screenshot(page, "t=0.3&paused", tmp_path / "second"))
+    assert first[MIDDLE].std() > 0.05
+    changed = np.abs(first[MIDDLE] - second[MIDDLE]).max(axis=2) > 0.1
     assert changed.mean() > 0.01
-    orange = (first[middle] - [0.88, 0.48, 0.06]) ** 2
+    orange = (first[MIDDLE] - [0.88, 0.48, 0.06]) ** 2
     assert (orange.sum(axis=2) < 0.02).sum() > 50  # the force arrow
 
 
