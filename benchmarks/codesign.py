@@ -26,7 +26,7 @@ from scipy.optimize import minimize
 from gaitopt import DesignOptions, Robot, Task, biped13, urdf_text
 from gaitopt.catalogue.parameters import changed
 from gaitopt.design.codesign import (
-    DesignPoint,
+    DesignTrial,
     Study,
     Variable,
     WalkCase,
@@ -71,7 +71,7 @@ class Counted:
     """The cost of a design, as a function of shares of the ranges; counts what it takes."""
 
     def __init__(
-        self, walks: WarmWalks, near: DesignPoint, target: float, most: float = np.inf
+        self, walks: WarmWalks, near: DesignTrial, target: float, most: float = np.inf
     ) -> None:
         self.walks, self.near, self.target, self.most = walks, near, target, most
         ends = np.array([[v.lower, v.upper] for v in walks.study.variables])
@@ -84,7 +84,7 @@ class Counted:
     def evaluations(self) -> int:
         return self.walks.evaluations - self.before[1]
 
-    def trial(self, share: Array, near: DesignPoint | None) -> DesignPoint | None:
+    def trial(self, share: Array, near: DesignTrial | None) -> DesignTrial | None:
         found = self.walks.trial(self.lower + share * self.width, near or self.near)
         self.designs += 1
         if found is not None and found.cost < self.best.cost:
@@ -113,7 +113,7 @@ def searched(counted: Counted, search: Callable[[Counted], object]) -> dict[str,
     return counted.record()
 
 
-def followed(walks: WarmWalks, best: DesignPoint, share: Array, ends: Array) -> DesignPoint:
+def followed(walks: WarmWalks, best: DesignTrial, share: Array, ends: Array) -> DesignTrial:
     """Follow the walks of a design to another one."""
     lower, width = ends[:, 0], ends[:, 1] - ends[:, 0]
     near, begin = best, (best.values - lower) / width
@@ -152,7 +152,7 @@ def compared(quick: bool, cma: bool) -> dict[str, Any]:
     shares = [(np.array(at) - ends[:, 0]) / (ends[:, 1] - ends[:, 0]) for at in STARTS]
     walks = WarmWalks(asked, list(first_walks(asked, DesignOptions())), DesignOptions())
 
-    def evaluate(share: Array, near: DesignPoint | None) -> DesignPoint | None:
+    def evaluate(share: Array, near: DesignTrial | None) -> DesignTrial | None:
         return walks.trial(ends[:, 0] + share * (ends[:, 1] - ends[:, 0]), near)
 
     best = minimised(evaluate, shares[2], ends[:, 1] - ends[:, 0])

@@ -2,7 +2,7 @@
 
 One table for solvers, confirmation, certificate, referee and audit, so that no part claims less
 than another relies on. docs/solvers.md prints it. All are relative to a scale: rows are scaled by
-their limits (torques, rates) or by a typical size (gaitopt/gait/rows.py).
+their limits (torques, rates) or by a typical size (gaitopt/gait/constraints.py).
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ import numpy as np
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
-from gaitopt.model.linkage import MOST_JOINTS, Linkage, LoopJoints, Rod, motor_series
+from gaitopt.model.linkage import MOST_JOINTS, Linkage, LoopClosure, Rod, motor_series
 from gaitopt.model.power_series import Series, dot, turned_about
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
@@ -332,7 +332,7 @@ def check_linkage(linkage: Linkage, joints: JointPair) -> None:
     _check_invertible(where, found.jacobian[0])
 
 
-def _shares(closure: LoopJoints, q: Array) -> list[Series]:
+def _shares(closure: LoopClosure, q: Array) -> list[Series]:
     """Return where in their range the joints of the leg are, `DEAD` at its ends."""
     found = []
     for k, (low, high) in enumerate(zip(closure.lower, closure.upper, strict=True)):

@@ -8,7 +8,7 @@ import signal
 from types import FrameType
 
 INTERRUPTED = 130
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # the last is not on every system
+LIKE_CTRL_C = ("SIGTERM", "SIGHUP")  # the second is not on every system
 _EARLY = b"error: interrupted before it had begun; nothing was written\n"
 
 
@@ -38,7 +38,7 @@ def _quit(number: int, frame: FrameType | None) -> None:
 
 
 def _set(handler: object) -> None:
-    for name in SIGNALS:
+    for name in ("SIGINT", *LIKE_CTRL_C):
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, handler)  # type: ignore[arg-type]

@@ -38,7 +38,7 @@ from gaitopt.cli.size import MOTOR_FILE, motors_text
 from gaitopt.design.codesign import (
     RATIO,
     CoDesign,
-    DesignPoint,
+    DesignTrial,
     Study,
     Variable,
     WalkCase,
@@ -91,7 +91,7 @@ def run(given: Settings, asked: CodesignOptions) -> None:
             out.print(f"goes on after {len(earlier)} designs of {directory / TRIALS}")
         best = np.inf
 
-        def told(trial: DesignPoint) -> None:
+        def told(trial: DesignTrial) -> None:
             nonlocal best
             _append(directory / TRIALS, trial_record(trial))
             if not quiet:
@@ -270,7 +270,7 @@ def _print_of(robot: Robot, task: Task) -> str:
     return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def trial_record(trial: DesignPoint) -> dict[str, Any]:
+def trial_record(trial: DesignTrial) -> dict[str, Any]:
     """Return a trial as JSON-able data."""
     return {
         "values": trial.values.tolist(),
@@ -287,7 +287,7 @@ def trial_record(trial: DesignPoint) -> dict[str, Any]:
     }
 
 
-def trial_of(record: Mapping[str, Any]) -> DesignPoint:
+def trial_of(record: Mapping[str, Any]) -> DesignTrial:
     """Return the trial of a record made by `trial_record`."""
     points = []
     for x, pairs, size in record["points"]:
@@ -295,7 +295,7 @@ def trial_of(record: Mapping[str, Any]) -> DesignPoint:
         for k, value in pairs:
             y[int(k)] = float(value)
         points.append((np.array(x, dtype=np.float64), y))
-    return DesignPoint(
+    return DesignTrial(
         values=np.array(record["values"], dtype=np.float64),
         cost=float(record["cost"]),
         gradient=np.array(record["gradient"], dtype=np.float64),
@@ -307,7 +307,7 @@ def trial_of(record: Mapping[str, Any]) -> DesignPoint:
     )
 
 
-def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[DesignPoint] | None:
+def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[DesignTrial] | None:
     """Return the trials of a run that was interrupted, None where there was none.
 
     A last line that was cut short is left out.
@@ -430,7 +430,7 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
 
 
 def _print_trial(
-    out: Console, study: Study, trial: DesignPoint, best: float, seconds: float
+    out: Console, study: Study, trial: DesignTrial, best: float, seconds: float
 ) -> None:
     values = ", ".join(
         f"{v.name.replace('_', ' ')} {value:.4f} {v.unit}".rstrip()

@@ -24,7 +24,7 @@ from typing import NoReturn, TextIO
 
 import typer
 
-from gaitopt.cli.beginning import leave_with
+from gaitopt.cli import beginning
 from gaitopt.errors import GaitoptError, IdleOptionError, InputError, reason_of
 from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
@@ -40,7 +40,7 @@ class ExitCode(IntEnum):
     NOT_CERTIFIED = 1
     BAD_INPUT = 2
     NO_GAIT = 3
-    INTERRUPTED = 130
+    INTERRUPTED = beginning.INTERRUPTED
 
 
 @contextmanager
@@ -122,8 +122,6 @@ def print_error(message: str) -> None:
 STOPPING = "stopping; press Ctrl-C again to quit at once"
 QUIT = "error: interrupted before there was a result; nothing was written"
 
-_LIKE_CTRL_C = ("SIGTERM", "SIGHUP")  # the second is not on every system
-
 
 @dataclass
 class StopRequest:
@@ -144,7 +142,7 @@ def handle_termination() -> None:
     """Answer SIGTERM and SIGHUP as Ctrl-C is answered at the time; one that is ignored stays so."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    for name in _LIKE_CTRL_C:
+    for name in beginning.LIKE_CTRL_C:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _as_interrupt)
@@ -167,9 +165,9 @@ def exit_code_kept() -> Iterator[None]:
         finally:
             with suppress(GaitoptError):
                 sys.stdout.flush()
-            leave_with(int(code) if isinstance(code, int) else 1)
+            beginning.leave_with(int(code) if isinstance(code, int) else 1)
     except KeyboardInterrupt:  # amid the answer to another
-        leave_with(int(ExitCode.INTERRUPTED))
+        beginning.leave_with(int(ExitCode.INTERRUPTED))
         raise SystemExit(int(ExitCode.INTERRUPTED)) from None
 
 

@@ -155,7 +155,7 @@ class WalkCase:
 
 
 @dataclass(frozen=True)
-class DesignPoint:
+class DesignTrial:
     """A point of the search.
 
     Attributes:
@@ -193,7 +193,7 @@ class CoDesign:
     values: Mapping[str, float]
     before: tuple[Gait, ...]
     after: tuple[Gait, ...]
-    trials: tuple[DesignPoint, ...]
+    trials: tuple[DesignTrial, ...]
     held: tuple[str, ...]
 
     @property
@@ -533,7 +533,7 @@ class WarmWalks:
             self._made = dict([*kept, (key, self.study.each(self.study.parameters(values)))])
         return self._made[key]
 
-    def trial(self, values: Array, near: DesignPoint | None) -> DesignPoint | None:
+    def trial(self, values: Array, near: DesignTrial | None) -> DesignTrial | None:
         """Solve all walks at values (k,) of the variables, from those of a trial near by."""
         started, points, costs, evaluations = time.perf_counter(), [], [], 0
         gradient = np.zeros(values.size)
@@ -558,7 +558,7 @@ class WarmWalks:
                 raise  # where the search begins, to be told
             return None
         weights = [case.weight for case in self.study.walks]
-        return DesignPoint(
+        return DesignTrial(
             values, float(np.dot(weights, costs)), gradient, np.array(costs), evaluations,
             time.perf_counter() - started, tuple(points), self.round,
         )  # fmt: skip
@@ -572,7 +572,7 @@ class WarmWalks:
             raise StoppedError(found)
         return found
 
-    def renewed(self, best: DesignPoint) -> bool:
+    def renewed(self, best: DesignTrial) -> bool:
         """Hold the walks of a trial at further instants, and search each of them anew.
 
         A walk that was followed from design to design may have become one of several local optima;
@@ -616,10 +616,10 @@ def codesign(
     study: Study,
     options: DesignOptions,
     *,
-    earlier: Sequence[DesignPoint] = (),
+    earlier: Sequence[DesignTrial] = (),
     before: Sequence[Gait] | None = None,
     starts: int = COUNT,
-    on_trial: Callable[[DesignPoint], None] | None = None,
+    on_trial: Callable[[DesignTrial], None] | None = None,
     stop: Stop = never,
 ) -> CoDesign:
     """Choose the variables of a study for the least weighted sum of the costs of its walks.
@@ -641,14 +641,14 @@ def codesign(
     first = (
         tuple(before) if before is not None else tuple(first_walks(study, options, stop, starts))
     )
-    walks, trials = WarmWalks(study, first, options, stop, starts), list[DesignPoint]()
+    walks, trials = WarmWalks(study, first, options, stop, starts), list[DesignTrial]()
     waiting = list(earlier)
     lower, upper = (
         np.array([getattr(v, side) for v in study.variables]) for side in ("lower", "upper")
     )
     width = upper - lower
 
-    def evaluate(share: Array, near: DesignPoint | None) -> DesignPoint | None:
+    def evaluate(share: Array, near: DesignTrial | None) -> DesignTrial | None:
         values = lower + share * width
         known = waiting.pop(0) if waiting else None
         if known is not None and np.allclose(known.values, values, rtol=0.0, atol=_SAME):
@@ -663,7 +663,7 @@ def codesign(
         return trial
 
     share = (np.array([v.start for v in study.variables]) - lower) / width
-    best: DesignPoint | None = None
+    best: DesignTrial | None = None
     halted: tuple[str, ...] = ()
     for _ in range(_ROUNDS):
         try:
@@ -701,8 +701,8 @@ def first_walks(
 
 
 def minimised(
-    evaluate: Callable[[Array, DesignPoint | None], DesignPoint | None], start: Array, width: Array
-) -> DesignPoint:
+    evaluate: Callable[[Array, DesignTrial | None], DesignTrial | None], start: Array, width: Array
+) -> DesignTrial:
     """Return the best trial of a trust region with damped BFGS curvature in the unit box.
 
     Args:
@@ -756,7 +756,7 @@ def box_step(B: Array, g: Array, lower: Array, upper: Array) -> Array:
     return d
 
 
-def _held(study: Study, best: DesignPoint) -> Iterator[str]:
+def _held(study: Study, best: DesignTrial) -> Iterator[str]:
     """Say which ranges stop the variables, and what a wider one would bring."""
     for one, value, slope in zip(study.variables, best.values, best.gradient, strict=True):
         width = one.upper - one.lower

@@ -562,10 +562,8 @@ class TorqueRate(Cost):
     def typical(self, context: CostContext) -> float:
         torque = typical_entries(quantities.TORQUE, context.robot)
         weights = joint_weights(context.robot, self.weights)
-        return (
-            float((_TYPICAL_TURN * context.robot.scales.rate) ** 2 * weights @ torque**2)
-            / context.pace
-        )
+        turn = _TYPICAL_TURN * context.robot.scales.rate
+        return float(turn**2 * weights @ torque**2) / context.pace
 
 
 _SAME_INSTANT = 1e-6  # of the step: both sides of a change of phase

@@ -47,9 +47,7 @@ from gaitopt.nlp import Array
 _CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
 _LONGEST = 0.97  # of the leg's length, in double support
 _TRUNK_PITCH = 0.05  # rad
-_CLEAR_OF_GAP = (
-    0.014  # m, of the thirteen-link biped: the guess keeps so far off the lateral constraint
-)
+_CLEAR_OF_GAP = 0.014  # m of the thirteen-link biped: so far off the lateral constraint
 _EXTRA_LIFT = 0.02  # m above the clearance profile, likewise
 _FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a heel may never rise
 _LANDING_ANGLE = 0.15  # rad, where the foot lands on its heel
@@ -355,9 +353,8 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
     guess = layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
     narrowest = robot.sole.width + task.margins.lateral_gap
-    spacing = legs.side * max(
-        abs(legs.stance_width), narrowest + _CLEAR_OF_GAP * robot.scales.length
-    )
+    clear = narrowest + _CLEAR_OF_GAP * robot.scales.length
+    spacing = legs.side * max(abs(legs.stance_width), clear)
     aside = (2 * number - 1) * task.lateral_speed * task.duration  # half of what a step widens
     spacing += (aside + legs.side * abs(aside)) if task.steps > 1 else 0.0
     share = 0.0 if task.double_support is None else task.double_support / task.duration

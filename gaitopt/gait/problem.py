@@ -610,9 +610,8 @@ def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:
 
 def _sized(table: tuple[GeometricParameter, ...], scales: Scales) -> tuple[GeometricParameter, ...]:
     """Return the table with steps in proportion to the robot, where none of one's own is given."""
-    factors = {"m": scales.length, "s": scales.time}
     return tuple(
-        replace(one, scale=usual.scale * factors.get(one.unit, 1.0))
+        replace(one, scale=usual.scale * scales.of_unit(one.unit))
         if one.scale == usual.scale
         else one
         for one, usual in zip(table, GEOMETRY, strict=True)

@@ -325,9 +325,8 @@ class TransitionProblem(WalkProblem):
     def _shifting(self, model: StepModel) -> StepModel:
         """Return the model of the first step, which begins with a shift of the weight."""
         asked = self.transition
-        last = asked.front * (
-            LAST_LOAD * self.robot.scales.force / asked.front[2]
-        )  # where it presses, as good as nothing
+        load = LAST_LOAD * self.robot.scales.force  # as good as nothing
+        last = asked.front * (load / asked.front[2])  # where it presses
         layout = self.layout
         assert isinstance(layout, TransitionLayout)
         shift = Shift(asked.shifted, layout.shift, asked.begin.q, np.stack([asked.front, last]))

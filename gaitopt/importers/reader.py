@@ -27,7 +27,7 @@ from gaitopt.importers.urdf_geometry import (
     mesh_problems,
     read_shapes,
 )
-from gaitopt.importers.urdf_model import Rotor, add_armature, pinocchio_model, read_rotors
+from gaitopt.importers.urdf_model import Rotor, add_armature, model_of_urdf, read_rotors
 from gaitopt.importers.xml_document import FileProblem, XmlTree, parse_xml
 
 _KINDS: dict[pin.GeometryType, Kind] = {
@@ -62,7 +62,7 @@ class UrdfSource(Source):
         return urdf_findings(self._description, self._rotors, self._diagonals)
 
     def _build(self) -> pin.Model:
-        model = pinocchio_model(self._description)
+        model = model_of_urdf(self._description)
         add_armature(model, self._rotors)
         return model
 

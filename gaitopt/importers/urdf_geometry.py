@@ -221,7 +221,7 @@ def build_geometry(
     """Return the geometry of a model, and the meshes that turned out to be unreadable.
 
     Args:
-        model: from `pinocchio_model`.
+        model: from `model_of_urdf`.
         shapes: of one kind.
         paths: where meshes are; those with a problem there are left out without a word.
         load: reads a mesh file at a scale.

@@ -37,7 +37,7 @@ _REDUCTIONS = ("mechanicalreduction", "gearratio", "gearreduction", "reductionra
 _TAKEN_MARK = " (fixed)"  # marks a frame whose name is taken
 
 
-def pinocchio_model(robot: Description) -> pin.Model:
+def model_of_urdf(robot: Description) -> pin.Model:
     """Return the model of a robot; joint 1 is a free-flyer that carries the root link.
 
     Joints, frames and their order are those of Pinocchio's loader, save that a continuous joint is

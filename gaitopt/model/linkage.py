@@ -36,7 +36,7 @@ MOST_JOINTS = 2
 """Of a leg that motors turn in common."""
 
 
-class LoopJoints(NamedTuple):
+class LoopClosure(NamedTuple):
     """Joints in loops, those of the leg first; coordinates are 0 where those of the leg are.
 
     Attributes:
@@ -108,7 +108,7 @@ class Linkage(NamedTuple):
     speed: tuple[float | None, ...]
     power: tuple[float | None, ...]
     range: tuple[tuple[float, float] | None, ...]
-    closure: LoopJoints | None = None
+    closure: LoopClosure | None = None
 
     def slides(self, motor: int) -> bool:
         """Return whether a motor slides along its axis in place of turning about it."""
@@ -116,7 +116,7 @@ class Linkage(NamedTuple):
         return closure is not None and closure.slides[closure.motors[motor]]
 
 
-def _gap(closure: LoopJoints, values: Array) -> tuple[Array, Array]:
+def _gap(closure: LoopClosure, values: Array) -> tuple[Array, Array]:
     """Return how far ends are apart at K postures, (K, r), and the derivative (K, r, n)."""
     count = len(values)
     here = (np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3)))
@@ -147,7 +147,7 @@ def _gap(closure: LoopJoints, values: Array) -> tuple[Array, Array]:
     return gaps, jacobian
 
 
-def _closed(closure: LoopJoints, q: Array, u: Array) -> tuple[Array, Array, Array]:
+def _closed(closure: LoopClosure, q: Array, u: Array) -> tuple[Array, Array, Array]:
     """Return u at which loops are closed, from one near it; gap (K, r); derivative in q and u."""
     m = q.shape[1]
     for _ in range(_NEWTON):
@@ -159,7 +159,7 @@ def _closed(closure: LoopJoints, q: Array, u: Array) -> tuple[Array, Array, Arra
     return u, gaps, J
 
 
-def _rates(closure: LoopJoints, J: Array) -> Array:
+def _rates(closure: LoopClosure, J: Array) -> Array:
     """Return the rates of the motors per rate of the leg's joints (K, m, m)."""
     m = len(closure.lower)
     others = -np.linalg.pinv(J[:, :, m:], rcond=_RANK) @ J[:, :, :m]
@@ -184,7 +184,7 @@ class _Table(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _table(closure: LoopJoints) -> _Table:
+def _table(closure: LoopClosure) -> _Table:
     """Follow the loops from where the leg's joints are at 0 over their range."""
     axes, zeros = list[Array](), list[int]()
     for low, high in zip(closure.lower, closure.upper, strict=True):
@@ -224,7 +224,7 @@ def _table(closure: LoopJoints) -> _Table:
     return _Table(tuple(axes), u.reshape(*shape, count - m), sound.reshape(shape), rates)
 
 
-def first_fault(closure: LoopJoints) -> tuple[float, ...]:
+def first_fault(closure: LoopClosure) -> tuple[float, ...]:
     """Return the angles nearest to 0 at which loops open or are at a dead point; empty if none."""
     table = _table(closure)
     wrong = np.argwhere(np.logical_not(table.sound))[:, ::-1]
@@ -234,7 +234,7 @@ def first_fault(closure: LoopJoints) -> tuple[float, ...]:
     return tuple(map(float, inside[np.abs(inside).sum(axis=1).argmin()])) if len(inside) else ()
 
 
-def motor_series(closure: LoopJoints, q: Array) -> list[Series]:
+def motor_series(closure: LoopClosure, q: Array) -> list[Series]:
     """Return the angles of the motors at K postures (K, m) [rad] of a leg, 0 where its joints are.
 
     Beyond the range they go on evenly, at the rates that they have where the joints are at 0.
@@ -264,7 +264,7 @@ def motor_series(closure: LoopJoints, q: Array) -> list[Series]:
     return found
 
 
-def _gap_series(closure: LoopJoints, joints: list[Series]) -> list[Series]:
+def _gap_series(closure: LoopClosure, joints: list[Series]) -> list[Series]:
     found = []
     for first, x, second, y in closure.ends:
         ends = []

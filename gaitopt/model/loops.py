@@ -24,7 +24,7 @@ from gaitopt.importers.physics import STANDARD_GRAVITY, LoopFrames
 from gaitopt.importers.report import Finding, listed
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, joint_slides
-from gaitopt.model.linkage import MOST_JOINTS, OPEN, Linkage, LoopJoints, Point, Rod, first_fault
+from gaitopt.model.linkage import MOST_JOINTS, OPEN, Linkage, LoopClosure, Point, Rod, first_fault
 from gaitopt.nlp import Array
 from gaitopt.units import motion_words
 
@@ -443,7 +443,7 @@ class _Mechanism:
             cranks, closure = (), self._closure(base)
         return Linkage(names, motors, (), cranks, torque, speed, none, tuple(ranges), closure)
 
-    def _closure(self, base: pin.SE3) -> LoopJoints:
+    def _closure(self, base: pin.SE3) -> LoopClosure:
         """Return the loops as they are, where the joints of the leg are at 0."""
         model, data = self.model, self.data
         pin.computeJointJacobians(model, data)
@@ -472,7 +472,7 @@ class _Mechanism:
                 ends.append((one, x, other, y))
         low, high = zip(*map(self._range, self.joints), strict=True)
         motors = tuple([*self.own, *self.free].index(c) for c in self._columns(self.turned))
-        found = LoopJoints(
+        found = LoopClosure(
             tuple(parents), tuple(axes), tuple(points), tuple(slides), tuple(ends), motors,
             low, high,
         )  # fmt: skip
@@ -490,7 +490,7 @@ class _Mechanism:
         way = [int(j) for j in self.model.supports[joint]]
         return next((last[j] for j in reversed(way if own else way[:-1]) if j in last), -1)
 
-    def _check_range(self, closure: LoopJoints) -> None:
+    def _check_range(self, closure: LoopClosure) -> None:
         """Refuse loops that open, or are at a dead point, in the range of the leg's joints."""
         if not (fault := first_fault(closure)):
             return
@@ -610,7 +610,7 @@ class _Mechanism:
         ]
 
 
-def _narrowed(closure: LoopJoints, low: Array, high: Array) -> LoopJoints:
+def _narrowed(closure: LoopClosure, low: Array, high: Array) -> LoopClosure:
     lower, upper = (tuple(map(float, ends)) for ends in (low, high))
     return closure._replace(lower=lower, upper=upper)
 

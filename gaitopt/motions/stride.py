@@ -122,7 +122,7 @@ def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
 
 
 def json_text(gait: Gait, samples: Mapping[str, Array]) -> str:
-    """Return the `record` of a gait as JSON, which is YAML too."""
+    """Return the `stride_record` of a gait as JSON, which is YAML too."""
     text = json.dumps(stride_record(gait, samples), indent=1, ensure_ascii=False) + "\n"
     return _TEXT_OR_EXPONENT.sub(_with_point, text)
 

@@ -7,7 +7,7 @@ from numerics import check_jacobian
 from test_linkages import ANKLE, PLACES, POSTURES, example
 
 from gaitopt.actuators.linkages import motor_angles
-from gaitopt.model.linkage import Linkage, LoopJoints, first_fault, motor_series
+from gaitopt.model.linkage import Linkage, LoopClosure, first_fault, motor_series
 
 RANGE = 0.4  # rad
 
@@ -29,7 +29,7 @@ def of_rods():
         points += [rod.crank_centre, *[rod.crank_end] * 3]
         parents += [-1, crank, crank + 1, crank + 2]
         ends.append((crank + 3, rod.rod_end, 1, rod.rod_end))
-    return LoopJoints(
+    return LoopClosure(
         tuple(parents), tuple(tuple(map(float, a)) for a in axes),
         tuple(tuple(map(float, p)) for p in points), (False,) * len(axes), tuple(ends), (2, 6),
         (-RANGE, -RANGE), (RANGE, RANGE),
@@ -66,7 +66,7 @@ def test_far_beyond_the_range_motors_still_hold_the_joints():
 def test_a_slide_is_a_distance():
     """A linear motor between two points: its length by the law of cosines."""
     ends = ((2, (0.3, 0.0, 0.0), 0, (0.3, 0.0, 0.0)),)
-    closure = LoopJoints(
+    closure = LoopClosure(
         (-1, -1, 1), ((0.0, 1.0, 0.0), (0.0, 1.0, 0.0), (0.8, 0.0, 0.6)),
         ((0.0, 0.0, 0.0), (-0.1, 0.0, -0.3), (0.0, 0.0, 0.0)), (False, False, True), ends, (2,),
         (-0.5,), (0.5,),

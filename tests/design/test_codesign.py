@@ -13,7 +13,7 @@ from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.codesign import (
     DESIGN,
-    DesignPoint,
+    DesignTrial,
     Study,
     Variable,
     WalkCase,
@@ -198,10 +198,10 @@ def test_every_parameter_has_its_derivative(name, first):
 
 
 def test_a_search_that_is_interrupted_goes_on_to_the_same_end(first):
-    told: list[DesignPoint] = []
+    told: list[DesignTrial] = []
     whole = codesign(LEGS, QUICK, before=first, starts=1, on_trial=told.append)
     assert len(told) == len(whole.trials) > 3
-    more: list[DesignPoint] = []
+    more: list[DesignTrial] = []
     again = codesign(LEGS, QUICK, before=first, earlier=told[:3], starts=1, on_trial=more.append)
     assert len(more) == len(told) - 3
     np.testing.assert_array_equal(again.trials[-1].values, whole.trials[-1].values)
@@ -219,7 +219,7 @@ def trial_of(function):
     def evaluate(x, near):
         del near
         value, slope = function(x)
-        return DesignPoint(x, value, slope, np.array([value]), 1, 0.0, ())
+        return DesignTrial(x, value, slope, np.array([value]), 1, 0.0, ())
 
     return evaluate
 
@@ -244,7 +244,7 @@ def test_a_point_that_cannot_be_is_left():
     def evaluate(x, near):
         if near is not None and x[0] > 0.6:
             return None
-        return DesignPoint(
+        return DesignTrial(
             x, 10.0 + (x[0] - 0.9) ** 2, np.array([2.0 * (x[0] - 0.9)]), x, 1, 0.0, ()
         )
 

@@ -14,7 +14,7 @@ from urdf_edits import edited_urdf, joint
 from gaitopt import biped13, urdf_text
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.urdf_document import describe
-from gaitopt.importers.urdf_model import pinocchio_model
+from gaitopt.importers.urdf_model import model_of_urdf
 from gaitopt.importers.xml_document import parse_xml
 
 OWN = {
@@ -50,7 +50,7 @@ def assert_same_model(ours, loaded):
 
 
 def built(text):
-    return pinocchio_model(describe(parse_xml(text)))
+    return model_of_urdf(describe(parse_xml(text)))
 
 
 @pytest.mark.parametrize("name", OWN)
