@@ -12,11 +12,16 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
+    from types import FrameType
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt
 _THREADS = "OPENBLAS_NUM_THREADS"  # read by a BLAS that is loaded later: SciPy brings its own
 _KEPT = 32 * 2**20  # bytes; glibc refuses a larger threshold for mmap
+_LOOKED_AFTER = 0.1  # s between two looks at processes that are to end
 
 
 @contextmanager
@@ -79,11 +84,21 @@ def without_ctrl_c() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):  # no POSIX
         yield
         return
+    came: list[tuple[int, FrameType | None]] = []
+    handler = signal.getsignal(signal.SIGINT)
+    # Threads of BLAS take signals too, and Python then interrupts the main thread all the same.
+    put_off = callable(handler) and threading.current_thread() is threading.main_thread()
+    if put_off:
+        signal.signal(signal.SIGINT, lambda number, frame: came.append((number, frame)))
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if put_off:
+            signal.signal(signal.SIGINT, handler)
+            if came and callable(handler):
+                handler(*came[0])
 
 
 def serve_parent() -> None:
@@ -103,6 +118,35 @@ def leave_ctrl_c() -> None:
     """Do not take Ctrl-C, which a terminal sends to all processes of a command."""
     with suppress(ValueError):  # not the main thread: then it would not get the signal either
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def kill(pool: ProcessPoolExecutor) -> None:
+    """End the processes of a pool, which heed nothing else (see `serve_parent`)."""
+    for process in [*(getattr(pool, "_processes", None) or {}).values()]:
+        with suppress(Exception):  # it has ended
+            process.kill()
+
+
+def shut_down(pool: ProcessPoolExecutor, *, at_once: bool = False) -> None:
+    """Wait until the processes of a pool have ended, also where some of them died amid their work.
+
+    Python before 3.11.5 waits for ever where a process dies before it has read its job, if that is
+    longer than a pipe holds: nobody reads it, and a thread goes on writing it (CPython's gh-94777).
+
+    Args:
+        pool: not shut down yet.
+        at_once: kill its processes, whatever they do.
+    """
+    facts = vars(pool)  # taken before the shutdown, which forgets them
+    thread, jobs = facts["_executor_manager_thread"], facts["_call_queue"]._reader
+    processes = [*facts["_processes"].values()]
+    if at_once:
+        kill(pool)
+    pool.shutdown(wait=False, cancel_futures=True)
+    while thread is not None and thread.is_alive():
+        thread.join(_LOOKED_AFTER)
+        if not (thread.pending_work_items or any(process.is_alive() for process in processes)):
+            jobs.close()  # nobody will read it: who writes to it learns that now
 
 
 def _end_with_parent() -> None:

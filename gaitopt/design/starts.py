@@ -27,7 +27,7 @@ from gaitopt.design.pipeline import (
     is_walk,
     without_impact,
 )
-from gaitopt.design.process import serve_parent, tune_process
+from gaitopt.design.process import serve_parent, shut_down, tune_process
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
@@ -558,7 +558,6 @@ def outcomes_of(
     from concurrent.futures import ProcessPoolExecutor, wait
     from concurrent.futures.process import BrokenProcessPool
 
-    others = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
     stopped = context.Event()
     complete = False
@@ -570,8 +569,7 @@ def outcomes_of(
                 wait([future], timeout=ASKED_EVERY)
             if stop():
                 stopped.set()
-                pool.shutdown(wait=False, cancel_futures=True)
-                ended, _ = wait([f for f in futures if not f.cancelled()], timeout=GRACE)
+                ended, _ = wait([f for f in futures if not f.cancel()], timeout=GRACE)
                 yield from (f.result() for f in futures[futures.index(future) :] if f in ended)
                 break
             yield future.result()
@@ -582,10 +580,7 @@ def outcomes_of(
             'work under `if __name__ == "__main__":`'
         ) from error
     finally:
-        if not complete:  # do not wait for starts that nobody wants
-            for process in set(multiprocessing.active_children()) - others:
-                process.kill()
-        pool.shutdown(wait=True, cancel_futures=True)
+        shut_down(pool, at_once=not complete)  # starts that nobody wants are not waited for
 
 
 def _begin_worker(stopped: Event) -> None:

@@ -5,12 +5,18 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import suppress
 from functools import partial
 from typing import Any
 
 from gaitopt.bounds import WORKERS, at_most, shown
-from gaitopt.design.process import serve_parent, tune_process, without_ctrl_c, worker_context
+from gaitopt.design.process import (
+    kill,
+    serve_parent,
+    shut_down,
+    tune_process,
+    without_ctrl_c,
+    worker_context,
+)
 from gaitopt.errors import InputError
 
 ATTEMPTS = 3  # of a job whose worker dies
@@ -32,6 +38,7 @@ class LocalWorkers(Executor):
     def __init__(self, count: int, on_start: Callable[[], None] = lambda: None) -> None:
         self.count, self._on_start = count, on_start
         self._pool: ProcessPoolExecutor | None = None
+        self._broken: list[ProcessPoolExecutor] = []
         self._begun = False
         self._lock = threading.Lock()
         self._closed = False
@@ -99,24 +106,18 @@ class LocalWorkers(Executor):
         with self._lock:
             if self._pool is pool:
                 self._pool = None
-        _kill(pool)
+                self._broken.append(pool)
+        kill(pool)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Stop the workers, whatever they do."""
         del wait, cancel_futures
         self._closed = True
         with self._lock:
-            pool, self._pool = self._pool, None
-        if pool is None:
-            return
-        _kill(pool)
-        pool.shutdown(wait=True, cancel_futures=True)  # of its thread, which ends with them
-
-
-def _kill(pool: ProcessPoolExecutor) -> None:
-    for process in [*(getattr(pool, "_processes", None) or {}).values()]:
-        with suppress(Exception):  # it has ended
-            process.kill()  # as `serve_parent` has them, they heed nothing else
+            pools = [*self._broken, *([self._pool] if self._pool else [])]
+            self._pool, self._broken = None, []
+        for pool in reversed(pools):  # later processes may hold pipes of earlier ones
+            shut_down(pool, at_once=True)
 
 
 def _prepare() -> None:

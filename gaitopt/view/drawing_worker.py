@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from gaitopt.dataclass import dataclass
-from gaitopt.design.process import serve_parent, without_ctrl_c, worker_context
+from gaitopt.design.process import serve_parent, shut_down, without_ctrl_c, worker_context
 from gaitopt.gait.result import Gait
 
 if TYPE_CHECKING:
@@ -82,10 +82,7 @@ def drawing_worker(get_ready: Callable[[], None] | None) -> Iterator[DrawingWork
     try:
         yield DrawingWorker(pool)
     finally:
-        if not ready.done():  # nothing was drawn yet, and nothing will be
-            for process in [*(getattr(pool, "_processes", None) or {}).values()]:
-                process.kill()
-        pool.shutdown(wait=True, cancel_futures=True)
+        shut_down(pool, at_once=not ready.done())  # if nothing was drawn yet, and nothing will be
 
 
 def spare_cores() -> float:

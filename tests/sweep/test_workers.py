@@ -5,12 +5,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 
 import pytest
 from sweeps import QUICK, SPEEDS, costs, quick_task
 
+from gaitopt.design.process import shut_down, without_ctrl_c
 from gaitopt.errors import InputError
 from gaitopt.sweep import workers as workers_module
 from gaitopt.sweep.executor import FINISH
@@ -81,6 +83,50 @@ def test_a_job_that_kills_every_worker_is_told():
         with pytest.raises(BrokenExecutor, match="death of every worker that took it"):
             executor.submit(killed, 1).result()
         assert executor.submit(abs, -1).result() == 1
+
+
+@pytest.mark.parametrize("end", ["by itself", "at once"])
+def test_a_job_that_nobody_read_is_not_waited_for(end):
+    """A pipe holds 64 KB; Python before 3.11.5 goes on writing what no process will read."""
+    pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+    pool.submit(time.sleep, 3600.0)
+    unread = pool.submit(len, bytes(2**22))
+    (process,) = pool._processes.values()
+    if end == "by itself":
+        process.kill()
+        with pytest.raises(BrokenExecutor):
+            unread.result()
+    shut_down(pool, at_once=end == "at once")
+    assert not process.is_alive()
+
+
+def test_workers_that_die_before_they_read_a_job_are_not_waited_for():
+    with LocalWorkers(1) as workers:
+        first, unread = workers.submit(killed, 0), workers.submit(len, bytes(2**22))
+        for future in (first, unread):
+            with pytest.raises(BrokenExecutor, match="is there enough memory"):
+                future.result()
+
+
+def test_ctrl_c_waits_for_the_end_of_a_block_where_other_threads_take_signals():
+    done, end = [], threading.Event()
+    thread = threading.Thread(target=end.wait)
+    thread.start()
+
+    def block():
+        with without_ctrl_c():
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.1)
+            done.append(True)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            block()
+    finally:
+        end.set()
+        thread.join()
+    assert done
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_an_error_of_a_job_is_its_own():
