@@ -18,9 +18,8 @@ from process import run
 from gaitopt.design.process import tune_process
 from gaitopt.model.robot import Robot
 from gaitopt.sweep import scheduler
-from gaitopt.sweep.executor import Job, JobOutcome
+from gaitopt.sweep.executor import Job, JobOutcome, LocalWorkers
 from gaitopt.sweep.grid import parse_axis
-from gaitopt.sweep.workers import LocalWorkers
 
 SPEEDS, QUICK = {"speed": "0.4:1.3:0.01"}, {"speed": "0.9:1.0:0.02"}
 GRID = {"speed": "0.7:1.2:0.05", "duration": "0.36:0.44:0.01"}

@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     from gaitopt.solvers import solver_by_name
     from gaitopt.view.figures import write_figures
     from gaitopt.view.page import page_text, write_page
-    from gaitopt.view.player import play
+    from gaitopt.view.scene_server import play
 
 _HOMES = {
     name: f"gaitopt.{home}"

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 from numerics import relative_error
 
-from gaitopt.design.referee import RefereeVerdict, ask_referee
+from gaitopt.design.certificate import RefereeVerdict, ask_referee
 from gaitopt.gait import quantities
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem

@@ -23,8 +23,16 @@ import numpy as np
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
-from gaitopt.model.linkage import MOST_JOINTS, Linkage, LoopClosure, Rod, motor_series
-from gaitopt.model.power_series import Series, dot, turned_about
+from gaitopt.model.linkage import (
+    MOST_JOINTS,
+    Linkage,
+    LoopClosure,
+    Rod,
+    Series,
+    dot,
+    motor_series,
+    turned_about,
+)
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 

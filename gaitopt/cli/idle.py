@@ -10,7 +10,7 @@ from gaitopt.errors import IdleOptionError
 from gaitopt.gait.costs import PeakTorque, TorqueRate, WeightedSum
 from gaitopt.gait.plugin import costs_of
 from gaitopt.gait.task import Task
-from gaitopt.model.arm_capsules import arm_bodies
+from gaitopt.model.capsules import arm_bodies
 from gaitopt.model.robot import Robot
 
 

@@ -41,7 +41,7 @@ from gaitopt.errors import (
 from gaitopt.gait.presets import ROBUST
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.body_pairs import narrowed_gaps
+from gaitopt.mechanics.capsule_distance import narrowed_gaps
 from gaitopt.nlp import Array, Status
 from gaitopt.view.drawing_worker import drawing_worker, ready_for_figures, ready_for_page
 

@@ -27,8 +27,7 @@ def run_play(asked: PlayOptions) -> None:
         InputError: a page and an address are both asked for.
     """
     from gaitopt.view.page import write_page
-    from gaitopt.view.player import play
-    from gaitopt.view.scene_server import LOCAL, is_local
+    from gaitopt.view.scene_server import LOCAL, is_local, play
 
     path, html, steps, host = asked.gait, asked.html, asked.steps, asked.host
     if html is not None and (host is not None or asked.port is not None):

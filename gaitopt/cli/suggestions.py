@@ -20,9 +20,8 @@ from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
 from gaitopt.dataclass import dataclass
-from gaitopt.design.diagnosis import Diagnosis
+from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.design.pipeline import begins_relaxed
-from gaitopt.design.suggestions import Suggestion
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.task import Task

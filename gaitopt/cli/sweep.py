@@ -29,14 +29,13 @@ from gaitopt.cli.results import require_writable
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.body_pairs import narrowed_gaps
+from gaitopt.mechanics.capsule_distance import narrowed_gaps
 from gaitopt.settings import named_values
-from gaitopt.sweep.executor import joined_scheduler
+from gaitopt.sweep.executor import joined_scheduler, local_workers
 from gaitopt.sweep.grid import Axis, Index, parse_axis, read_named, with_values
 from gaitopt.sweep.library import FAULTS, Library, open_library
 from gaitopt.sweep.scheduler import SweepProgress, sweep
 from gaitopt.sweep.table import CERTIFIED, INFEASIBLE
-from gaitopt.sweep.workers import local_workers
 from gaitopt.tolerances import OPTIMALITY
 
 NAMED = 8  # files that are named, of those that were made anew, or could not be

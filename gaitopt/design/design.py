@@ -147,7 +147,7 @@ def walk_after_diagnosis(
         raise StoppedError(solution)
     diagnosis = _diagnosis(problem, tried, options, stop)
     if diagnosis is not None and diagnosis.gait is not None:
-        from gaitopt.design.suggestions import following
+        from gaitopt.design.diagnosis import following
 
         second = attempt(problem, following(options), diagnosis.gait, callback, stop)
         if is_walk(second):
@@ -176,7 +176,7 @@ def _with_another_solver(
     problem: WalkProblem, diagnosis: Diagnosis, options: DesignOptions, stop: Stop
 ) -> Diagnosis:
     """Return the diagnosis of a walk that exists with what finds it, if anything does."""
-    from gaitopt.design.suggestions import Suggestion, followed, following
+    from gaitopt.design.diagnosis import Suggestion, followed, following
 
     usual = following(replace(options, solver=DesignOptions().solver, differences="none"))
     x = diagnosis.gait

@@ -13,23 +13,39 @@ biped at 1 m/s. Where that does not help, as for a pressure that stays at an edg
 next round holds limits at their peaks.
 
 With the SQP's exact Hessian the first round begins with Newton's method for instants that move
-along (`gaitopt.design.reduction`): mostly there is no other, and the SQP takes no step. Where only
-that its instants move makes the walk a minimum, it is held on either side of each of them; exchange
-alone, which comes to the same, takes three to seven times longer for G1 with arms and waist.
+along: mostly there is no other, and the SQP takes no step. Where only that its instants move makes
+the walk a minimum, it is held on either side of each of them; exchange alone, which comes to the
+same, takes three to seven times longer for G1 with arms and waist.
+
+An exchange holds a limit where it is exceeded most and solves again; the extreme then lies a little
+beside that, and a round leaves about a quarter of the violation. Reduction takes the instant s(x)
+of an extreme for what it is, a function of the parameters with g_s(x, s) = 0. As a function of x
+alone the row g(x, s(x)) has the gradient g_x and the Hessian
+
+    g_xx - g_xs g_xs' / g_ss,
+
+and Newton's method for the program with these rows converges quadratically, instants included
+(section 7 of the same review). It is for starts near a solution; whether it has found one is left
+to others to judge.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import (
+    DIGITS,
+    SAME_PEAK,
     ActiveRow,
     ViolatedRow,
     active_rows,
+    exceeded,
     instants_of,
     moved,
     placed,
@@ -37,13 +53,329 @@ from gaitopt.design.active_set import (
     violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
-from gaitopt.design.reduction import on_either_side, resting_walk
+from gaitopt.design.extremes import Extreme, located
+from gaitopt.errors import EvaluationError
 from gaitopt.gait.problem import MakeProgress, WalkProblem
-from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
+from gaitopt.nlp import (
+    NLP,
+    Array,
+    Point,
+    Rows,
+    Solution,
+    Start,
+    Status,
+    Stop,
+    Values,
+    never,
+    stopping,
+)
+from gaitopt.solvers.globalization import RAISE, initial_penalty
 from gaitopt.solvers.newton import is_strict_minimum
 from gaitopt.solvers.solver import Solver, make_iterate
-from gaitopt.solvers.sqp import SQP
-from gaitopt.tolerances import FEASIBLE
+from gaitopt.solvers.sqp import SQP, WARM_RADIUS
+from gaitopt.solvers.subproblem import ElasticStep, build_model, pose_subproblem, solve_subproblem
+from gaitopt.tolerances import FEASIBLE, REFINED
+
+STEPS = 10  # at most
+SETTLED = 1e-3  # scaled length of a step after which the instants are known well enough
+CONTRACTION = 0.5  # of a step by the next; less is no quadratic convergence
+RENEWED = 0.2  # of a step by the next; less tells that extremes bend otherwise than they did
+DELTA = 1e-4  # of the period, between the two Jacobians of which g_xs is the difference
+LEAST_BEND = 1e-2  # scaled second derivative in s; flatter extremes do not move
+FARTHEST = 0.03  # of the period that an instant may move in a step
+NEAR_ENOUGH = 0.5  # of the distance from an end at which a row that vanishes there is best held
+MERGED = 0.03  # of the period: samples nearer to an extreme of the same row say nothing more
+
+
+@dataclass(frozen=True)
+class RestingWalk:
+    """Where Newton's method came to rest.
+
+    Attributes:
+        x: parameters, shape (P,).
+        active: limits with their multipliers, at the extremes.
+        steps: taken, each with one evaluation and one Hessian.
+        keeps: whether it keeps the limits at every instant, as closely as refinement asks.
+    """
+
+    x: Array
+    active: tuple[ActiveRow, ...]
+    steps: int
+    keeps: bool
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A row at the instant at which it is held.
+
+    Attributes:
+        row: constraint, entry, instant and multiplier.
+        upper: whether the limit is the upper one.
+        bend: second derivative of its distance to the limit with respect to s; zero where the
+            instant does not move.
+    """
+
+    row: ActiveRow
+    upper: bool
+    bend: float = 0.0
+
+
+class _Masked(NLP):
+    """A walk of which some rows have no limits."""
+
+    def __init__(self, problem: WalkProblem, idle: NDArray[np.bool_]) -> None:
+        self.problem, self.has_hessian = problem, True
+        self.variables, self.cost_scale = problem.variables, problem.cost_scale
+        self.rows = Rows(
+            np.where(idle, -np.inf, problem.rows.lower), np.where(idle, np.inf, problem.rows.upper)
+        )
+
+    def values(self, x: Array) -> Values:
+        return self.problem.values(x)
+
+    def point(self, x: Array) -> Point:
+        return self.problem.point(x)
+
+    def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
+        return self.problem.hessian(x, multipliers, cost_weight)
+
+    def describe(self, row: int) -> str:
+        return self.problem.describe(row)
+
+
+def resting_walk(
+    sparse: WalkProblem, fine: WalkProblem, x: Array, active: Iterable[ActiveRow], solver: SQP
+) -> RestingWalk | None:
+    """Return the walk near a point at which Newton's method rests, None if there is none.
+
+    Where that exceeds limits near an end at which they vanish, it goes on with these held where
+    they are exceeded most, until it rests there.
+
+    Args:
+        sparse: the walk at its samples.
+        fine: the walk on the certificate's grid.
+        x: where to begin, shape (P,).
+        active: limits that a walk like it presses on.
+        solver: whose quadratic programs are used.
+    """
+    found: RestingWalk | None = None
+    last = np.inf
+    try:
+        held = _at_extremes(fine, located(fine, x), active)
+        for steps in range(1, STEPS + 1):
+            stage = _Stage(sparse, held)
+            step = stage.step(x, solver, last)
+            if step is None or (steps > 2 and step.length > CONTRACTION * last):
+                break
+            slow = steps == 1 or step.length > max(RENEWED * last, 10.0 * SETTLED)
+            x, held, last = *stage.after(x, step), step.length
+            settled = last <= SETTLED
+            if not (settled or slow):
+                continue
+            pressing = tuple(one.row for one in held if one.row.multiplier)
+            extremes = located(fine, x)
+            peaks = exceeded(fine, extremes)
+            if settled:
+                rests = found is not None and found.steps == steps - 1
+                found = RestingWalk(x, pressing, steps, not peaks)
+                if found.keeps or rests:
+                    break
+                last = np.inf
+            vanishing = (peak for peak in peaks if peak.held != peak.instant)
+            held = _at_extremes(fine, extremes, moved(pressing, vanishing))
+    except EvaluationError:
+        pass
+    return found
+
+
+def on_either_side(
+    fine: WalkProblem, x: Array, active: Iterable[ActiveRow]
+) -> tuple[ActiveRow, ...]:
+    """Return the active rows of a solution, in place of each that moves along two beside it.
+
+    How a row bends as its instant moves may be all that makes the walk a minimum. Held on either
+    side it does not move, and exceeds its limit in between by half of what refinement allows,
+    or less where it bends otherwise so near.
+
+    Args:
+        fine: the walk on the certificate's grid.
+        x: parameters, shape (P,).
+        active: limits that it presses on.
+    """
+    rows: list[ActiveRow] = []
+    for one in _at_extremes(fine, located(fine, x), active):
+        if one.bend > 0.0 and one.row.multiplier:
+            room = np.abs(fine.breaks - one.row.instant).min()
+            aside = float(min(np.sqrt(REFINED / one.bend), room))
+            instants = (round(one.row.instant + way * aside, DIGITS) for way in (-1.0, 1.0))
+            half = 0.5 * one.row.multiplier
+            rows += [replace(one.row, instant=s, multiplier=half) for s in instants]
+        else:
+            rows.append(one.row)
+    return tuple(rows)
+
+
+def _at_extremes(
+    fine: WalkProblem, extremes: Iterable[Extreme], active: Iterable[ActiveRow]
+) -> tuple[_Held, ...]:
+    """Return the active rows, those near an extreme of their row moved there and joined.
+
+    Extremes near their limit are held too, although nothing presses on them yet.
+    """
+    extremes = [one for one in extremes if np.isfinite(one.margin)]
+    left, held = list(active), []
+    vanishing: dict[tuple[str, int, bool], float] = {}
+    for one in extremes:
+        end = np.abs(fine.edges - one.instant).min()
+        if end < SAME_PEAK and abs(one.at_end) < REFINED:
+            vanishing[_row_of(one)] = max(one.curvature, vanishing.get(_row_of(one), 0.0))
+            continue  # held near the end at which it vanishes
+        if end < DELTA:
+            continue  # held at an end
+        rivals = [e.instant for e in extremes if _row_of(e) == _row_of(one)]
+        near = [row for row in left if _belongs(row, one, rivals)]
+        left = [row for row in left if row not in near]
+        bent = one.curvature > LEAST_BEND and np.abs(fine.breaks - one.instant).min() > DELTA
+        pressure = sum(row.multiplier for row in near)
+        instant = round(one.instant, DIGITS)
+        row = ActiveRow(one.constraint, one.entry, instant, pressure)
+        held.append(_Held(row, one.upper, one.curvature if bent else 0.0))
+    kept = [_Held(row, row.multiplier > 0.0) for row in left]
+    return *held, *_off_the_ends(kept, fine.edges, vanishing)
+
+
+def _off_the_ends(
+    kept: Sequence[_Held], ends: Array, vanishing: Mapping[tuple[str, int, bool], float]
+) -> Iterator[_Held]:
+    """Yield rows, those of a constraint that vanish at an end held together, away from there.
+
+    At different instants they would be in each other's way: each is a row at all of them, with
+    nearly the same gradient. And from walk to walk they would be held ever nearer to the end, where
+    their gradients vanish too; refinement allows `away`.
+    """
+    together: dict[tuple[str, bool, float, bool], list[tuple[_Held, float]]] = {}
+    for one in kept:
+        row, bend = one.row, vanishing.get((one.row.constraint, one.row.entry, one.upper), 0.0)
+        end = float(ends[np.abs(ends - row.instant).argmin()])
+        if 0.0 < abs(row.instant - end) < SAME_PEAK and bend > 0.0:
+            key = row.constraint, one.upper, end, row.instant > end
+            together.setdefault(key, []).append((one, bend))
+        else:
+            yield one
+    for (_, _, end, after), group in together.items():
+        bend = max(bend for _, bend in group)
+        distance = min(abs(one.row.instant - end) for one, _ in group)
+        away = min(SAME_PEAK, float(np.sqrt(4.0 * REFINED / bend)))
+        if distance > NEAR_ENOUGH * away:
+            away = distance
+        instant = round(end + away if after else end - away, DIGITS)
+        for entry in {one.row.entry: None for one, _ in group}:
+            alike = [one for one, _ in group if one.row.entry == entry]
+            pressure = sum(one.row.multiplier for one in alike)
+            yield replace(alike[0], row=replace(alike[0].row, instant=instant, multiplier=pressure))
+
+
+def _row_of(extreme: Extreme) -> tuple[str, int, bool]:
+    return extreme.constraint, extreme.entry, extreme.upper
+
+
+def _belongs(row: ActiveRow, extreme: Extreme, rivals: Sequence[float]) -> bool:
+    """Whether an active row is an extreme, moved a little: the nearest of that row."""
+    if (row.constraint, row.entry) != (extreme.constraint, extreme.entry):
+        return False
+    distance = abs(row.instant - extreme.instant)
+    side = row.multiplier == 0.0 or (row.multiplier > 0.0) == extreme.upper
+    nearest = distance <= min(abs(row.instant - rival) for rival in rivals)
+    return side and nearest and distance <= SAME_PEAK
+
+
+class _Stage:
+    """One step of Newton's method: the walk at the instants of the moment."""
+
+    def __init__(self, sparse: WalkProblem, held: Sequence[_Held]) -> None:
+        timed = {block.name for block in sparse.blocks if block.times is not None}
+        instants = [one.row.instant for one in held if one.row.constraint in timed]
+        self.moving = [one for one in held if one.bend > 0.0]
+        grid = sparse.grid.with_instants(np.unique(np.array(instants)))
+        beside = np.round([one.row.instant + DELTA for one in self.moving], DIGITS)
+        beside = np.setdiff1d(beside, np.round(grid.instants, DIGITS))
+        self.problem = sparse.with_grid(grid.with_instants(beside))
+        self.held = held
+        self._blocks = {block.name: block for block in self.problem.blocks}
+        self.nlp = _Masked(self.problem, self._idle(beside))
+
+    def _idle(self, beside: Array) -> NDArray[np.bool_]:
+        """Return the rows that are no limits here, shape (m,).
+
+        Those at instants at which only derivatives are wanted, and those next to an extreme of the
+        same row, which have nearly its gradient and keep their limit if it does.
+        """
+        idle: NDArray[np.bool_] = np.zeros(self.problem.rows.lower.size, dtype=bool)
+        for block in self.problem.blocks:
+            if block.times is None:
+                continue
+            part = idle[self.problem.rows_of(block.name)].reshape(block.lower.shape)
+            part[np.isin(np.round(block.times, DIGITS), beside)] = True
+            for one in self.moving:
+                if one.row.constraint == block.name:
+                    part[np.abs(block.times - one.row.instant) < MERGED, one.row.entry] = True
+        for one in self.held:
+            idle[self._number(one.row)] = False
+        return idle
+
+    def _number(self, row: ActiveRow, later: float = 0.0) -> int:
+        block, start = self._blocks[row.constraint], self.problem.rows_of(row.constraint).start
+        k = int(row.instant)
+        if block.times is not None:
+            k = int(np.abs(block.times - (row.instant + later)).argmin())
+        return int(start + k * block.lower.shape[1] + row.entry)
+
+    def step(self, x: Array, solver: SQP, last: float) -> ElasticStep | None:
+        """Return the step from x in scaled variables; `last` is the length of the one before."""
+        nlp, scale = self.nlp, self.nlp.variables.scale
+        multipliers = placed(self.problem, (one.row for one in self.held))
+        point = nlp.point(x)
+        iterate = make_iterate(nlp, point, multipliers, np.zeros(x.size))
+        hessian = nlp.hessian(x, multipliers, nlp.cost_scale)
+        self.slopes = [self._slope(point, one) for one in self.moving]
+        for one, slope in zip(self.moving, self.slopes, strict=True):
+            hessian += abs(one.row.multiplier) / one.bend * np.outer(slope, slope)
+        hessian = 0.5 * (hessian + hessian.T) * np.outer(scale, scale)
+        penalty = initial_penalty(nlp, iterate, solver.penalty)
+        model = build_model(nlp, iterate, hessian, False, penalty, tight=True)
+        reach = min(WARM_RADIUS, 2.0 * last)
+        while True:
+            posed = pose_subproblem(model, WARM_RADIUS, penalty, reach)
+            step = solve_subproblem(posed, solver.qp_solver)
+            kept = step is None or step.slack <= solver.feasibility
+            if kept or penalty >= solver.max_penalty:
+                return step
+            penalty *= RAISE  # multipliers of a row grow where it is held nearer to such an end
+
+    def _slope(self, point: Point, one: _Held) -> Array:
+        """Return g_xs of a row, shape (P,)."""
+        both = np.array([self._number(one.row), self._number(one.row, DELTA)])
+        here, beside = (point.slopes[number] for number in both[:, None])
+        return np.asarray((beside - here)[0] / DELTA)
+
+    def after(self, x: Array, step: ElasticStep) -> tuple[Array, tuple[_Held, ...]]:
+        """Return where a step leads: parameters, and the rows where their extremes will be."""
+        variables = self.nlp.variables
+        moved = np.clip(x + variables.scale * step.d, variables.lower, variables.upper)
+        instants = {id(one): one.row.instant for one in self.held}
+        for one, slope in zip(self.moving, self.slopes, strict=True):
+            shift = float(slope @ (moved - x)) / one.bend
+            shift = float(np.clip(shift if one.upper else -shift, -FARTHEST, FARTHEST))
+            instants[id(one)] += shift
+        multipliers, held = step.multipliers.copy(), []
+        for one in self.held:
+            number = self._number(one.row)
+            pressure, multipliers[number] = float(multipliers[number]), 0.0
+            instant = round(float(np.clip(instants[id(one)], 0.0, 1.0)), DIGITS)
+            held.append(replace(one, row=replace(one.row, instant=instant, multiplier=pressure)))
+        others = active_rows(self.problem, multipliers)
+        return moved, (*held, *(_Held(row, row.multiplier > 0.0) for row in others))
+
 
 MAX_ROUNDS = 20
 FASTER = 0.5

@@ -38,18 +38,20 @@ from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.quantities import PEAK
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.shift_step import ShiftStepModel
-from gaitopt.gait.standing import STRETCH, standing, wrench_standing
 from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.gait.terrain import Level
 from gaitopt.gait.trajectory import StepSequence
 from gaitopt.gait.transition import Transition, WeightShift, standing_phase
 from gaitopt.gait.transition_problem import (
+    STRETCH,
     Junction,
     TransitionProblem,
     TransitionSteps,
     TransitionTask,
     junction_of,
+    standing,
     step_durations,
+    wrench_standing,
 )
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.robot import Robot

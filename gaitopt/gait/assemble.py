@@ -21,9 +21,8 @@ from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.stride import Steps, Stride
 from gaitopt.gait.task import task_record
 from gaitopt.gait.terrain import Level, ground_record
-from gaitopt.model.arm_capsules import arm_capsule_rows
+from gaitopt.model.capsules import arm_capsule_rows, capsule_rows
 from gaitopt.model.import_options import ImportOptions, choices_record, matching
-from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import centre_of_pressure
 from gaitopt.nlp import Array

@@ -45,7 +45,7 @@ from gaitopt.nlp import Array
 from gaitopt.settings import checked
 
 if TYPE_CHECKING:
-    from gaitopt.mechanics.body_pairs import CapsulePairs
+    from gaitopt.mechanics.capsule_distance import CapsulePairs
 
 # Of the thirteen-link biped; those of other robots are in proportion, see `Scales`.
 FORCE_SCALE = 500.0  # N
@@ -804,7 +804,7 @@ class LegGap(Constraint):
     reads, margins = (quantities.LEG_GAPS,), ("leg_gap",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        from gaitopt.mechanics.body_pairs import leg_pairs
+        from gaitopt.mechanics.capsule_distance import leg_pairs
 
         return _apart(self, context, leg_pairs(context.robot), context.margins.leg_gap)
 
@@ -816,12 +816,12 @@ class ArmGap(Constraint):
     reads, margins = (quantities.ARM_GAPS,), ("arm_gap",)
 
     def asked(self, context: ConstraintContext) -> bool:
-        from gaitopt.mechanics.body_pairs import arm_pairs
+        from gaitopt.mechanics.capsule_distance import arm_pairs
 
         return super().asked(context) and bool(arm_pairs(context.robot).kept)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        from gaitopt.mechanics.body_pairs import arm_pairs
+        from gaitopt.mechanics.capsule_distance import arm_pairs
 
         return _apart(self, context, arm_pairs(context.robot), context.margins.arm_gap)
 

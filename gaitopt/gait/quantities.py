@@ -53,7 +53,7 @@ class Quantity:
     def labels(self, robot: Robot) -> tuple[str, ...]:
         """Return the names of its columns for a robot."""
         if self in BODY_GAPS:
-            from gaitopt.mechanics.body_pairs import arm_pairs, leg_pairs
+            from gaitopt.mechanics.capsule_distance import arm_pairs, leg_pairs
 
             return (leg_pairs if self is LEG_GAPS else arm_pairs)(robot).names
         return self.entries or robot.joint_names

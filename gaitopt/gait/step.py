@@ -24,10 +24,8 @@ from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineInX
 from gaitopt.gait.walk_point import Product
-from gaitopt.mechanics.body_pairs import arm_pairs, leg_pairs
-from gaitopt.mechanics.capsule_distance import CapsuleGaps
-from gaitopt.mechanics.closed_chain import ClosedMotion
-from gaitopt.mechanics.closed_impact import ClosedJump
+from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, leg_pairs
+from gaitopt.mechanics.closed_chain import ClosedJump, ClosedMotion
 from gaitopt.mechanics.foot_flat import FlatJump
 from gaitopt.mechanics.forward_kinematics import (
     Placements,

@@ -22,8 +22,15 @@ from gaitopt.model.legs.leg_geometry import (
 )
 from gaitopt.model.physics_report import physics_findings
 from gaitopt.model.reroot import PELVIS_FRAME, lock_upper_body, reroot, reversed_joints
-from gaitopt.model.symmetry.averaging import Sides, Symmetrised, asymmetry_faults, symmetrise
-from gaitopt.model.symmetry.leg_exchange import exchange_error, joint_lines, leg_exchange
+from gaitopt.model.symmetry import (
+    Sides,
+    Symmetrised,
+    asymmetry_faults,
+    exchange_error,
+    joint_lines,
+    leg_exchange,
+    symmetrise,
+)
 from gaitopt.nlp import Array
 
 _PARALLEL = 1e-9  # rad

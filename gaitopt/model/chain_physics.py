@@ -13,7 +13,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.model.import_options import GRAVITY_WORDS, LEAST_GRAVITY, MOST_GRAVITY
 from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.symmetry.leg_exchange import REFLECTION
+from gaitopt.model.symmetry import REFLECTION
 from gaitopt.nlp import Array
 
 _LEVEL = math.radians(0.5)

@@ -50,8 +50,7 @@ from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
 from gaitopt.model.payload import add_payloads, loaded_joints
 from gaitopt.model.physics_report import armature_findings, loop_findings
 from gaitopt.model.proportions import change_feet, proportioned
-from gaitopt.model.symmetry.averaging import Symmetrised
-from gaitopt.model.symmetry.leg_exchange import leg_exchange
+from gaitopt.model.symmetry import Symmetrised, leg_exchange
 from gaitopt.nlp import Array
 
 _LEAST_LISTED_EFFECT = 1e-5  # effect: differences that matter less are counted

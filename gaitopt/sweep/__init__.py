@@ -9,13 +9,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gaitopt.sweep.executor import joined_scheduler
+    from gaitopt.sweep.executor import joined_scheduler, local_workers
     from gaitopt.sweep.grid import Axis, parse_axis
     from gaitopt.sweep.interpolation import interpolate
     from gaitopt.sweep.library import Library, open_library
     from gaitopt.sweep.scheduler import SweepProgress, sweep
     from gaitopt.sweep.speed_search import Fastest, fastest
-    from gaitopt.sweep.workers import local_workers
 
 _HOMES = {
     "Axis": "grid",

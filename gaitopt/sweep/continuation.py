@@ -19,8 +19,7 @@ from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, resized
 from gaitopt.gait.problem import WalkProblem, walk_layout
 from gaitopt.nlp import Array, Solution
-from gaitopt.sweep.grid import with_values
-from gaitopt.sweep.scenario import Scenario, interpolated
+from gaitopt.sweep.grid import Scenario, interpolated, with_values
 from gaitopt.sweep.semi_infinite import (
     FeasibleWalk,
     path_solver,

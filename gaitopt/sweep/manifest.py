@@ -17,8 +17,7 @@ from gaitopt.errors import GaitFileError, InputError, SpecError
 from gaitopt.gait.gait_file import gait_inside
 from gaitopt.gait.task import Task, task_record
 from gaitopt.model.import_options import choices_from_record, choices_record
-from gaitopt.sweep.grid import Axis, Index, TaskGrid
-from gaitopt.sweep.scenario import RobotSource
+from gaitopt.sweep.grid import Axis, Index, RobotSource, TaskGrid
 from gaitopt.version import __version__
 
 FORMAT = 3

@@ -38,15 +38,14 @@ from gaitopt.sweep.executor import (
     FINISH,
     Job,
     JobOutcome,
+    LocalWorkers,
     run_job,
     run_job_alone,
 )
-from gaitopt.sweep.grid import OF_STRIDES, Axis, Index, TaskGrid, with_values
+from gaitopt.sweep.grid import OF_STRIDES, Axis, Index, RobotSource, Scenario, TaskGrid, with_values
 from gaitopt.sweep.library import Library, Writer, open_library
 from gaitopt.sweep.manifest import manifest_record
-from gaitopt.sweep.scenario import RobotSource, Scenario
 from gaitopt.sweep.warm_start import WarmStart, is_better, promising
-from gaitopt.sweep.workers import LocalWorkers
 
 NEAREST = 3  # neighbours that a point is tried from
 ROUNDS = 1000  # of comparison; nothing is tried twice, so this is never reached

@@ -18,13 +18,20 @@ from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import is_walk
-from gaitopt.design.reduction import on_either_side
-from gaitopt.design.refinement import MAX_ROUNDS, exchange, is_strict, pruned, quadratic, with_work
+from gaitopt.design.refinement import (
+    MAX_ROUNDS,
+    exchange,
+    is_strict,
+    on_either_side,
+    pruned,
+    quadratic,
+    with_work,
+)
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import Solver
-from gaitopt.sweep.scenario import Scenario
+from gaitopt.sweep.grid import Scenario
 from gaitopt.sweep.warm_start import WarmStart
 
 MAX_ITERATIONS = 100  # a neighbour's walk needs a tenth of them

@@ -1,12 +1,13 @@
-"""The figures of a gait: its motion, the ground's force and pressure, and its joints.
+"""The figures of gaits and of transitions: motion, forces of the ground, joints.
 
 Motion as stick figures (Figs. 4 and 9), ground force and friction (Fig. 5), centre of pressure
-(Fig. 6), torques and rates of the motors against their limits.
+(Fig. 6), torques and rates of the motors against their limits; of a transition over all of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,31 +18,19 @@ from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
 from gaitopt.atomic import make_directory, write_atomically
-from gaitopt.design.summary import group_name, partner
+from gaitopt.design.summary import group_name, joint_groups, partner
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import GRAVITY_KEY
+from gaitopt.gait.recorded import Recorded, ground_of
 from gaitopt.gait.result import Gait
+from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
-from gaitopt.view.contacts import contact_colour, contact_words, contacts
-from gaitopt.view.figure_parts import (
-    FRONT,
-    SIDE,
-    Standing,
-    draw_ground,
-    draw_limit,
-    draw_sticks,
-    ground_words,
-    joint_panels,
-    name_panel,
-    panel_joints,
-    reach,
-    scale,
-    share_legend,
-)
+from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.figure_style import (
+    GROUND,
     INSIDE,
     KINDS,
     LIMIT,
@@ -58,7 +47,320 @@ from gaitopt.view.figure_style import (
     styled,
 )
 from gaitopt.view.stick_figures import StickFigures, stick_figures, trunk_top
-from gaitopt.view.transition_figures import TRANSITION_FIGURES
+
+SIDE, FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
+_GROUND_DEPTH = 0.02  # m, drawn
+_BESIDE = 0.1  # m of ground ahead and behind
+_EDGES = ([[0, 1], [2, 3]], [[0, 2], [1, 3]])  # ends of a sole seen from the side: toe, heel; front
+_ABOVE_OTHERS = 3.0  # layer of a foot that rests: the same foot swings off from there
+_FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
+_FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
+_SPACE = 0.08  # free above and below the curves, in their heights
+_ROW, COLUMNS = 2.5, 3  # panels of joints: inch, number
+_PLACE = {"left": 0.075, "right": 0.99, "wspace": 0.16, "hspace": 0.17}
+_BELOW, _ABOVE, _TITLE = 0.9, 0.475, 0.1  # inch: legend; title with its space, and above it
+_LEGEND_ROW = 0.2  # inch
+# Six panels are laid out by measuring each of their labels twice, which takes longer than drawing.
+
+Standing = tuple[tuple[int, ...], str]
+"""The feet that stand, and the colour of their contact; empty where that never changes."""
+
+
+def draw_sticks(
+    axes: Axes, sticks: StickFigures, index: int, view: int, opacity: float, standing: Standing
+) -> None:
+    """Draw one stick figure: far leg, trunk, near leg."""
+    feet, contact = standing
+    for leg, colour in ((1, SWING), (0, STANCE)):
+        points = sticks.legs[index, leg]
+        axes.plot(points[:, view], points[:, 2], "o-", markersize=2.4, color=colour, alpha=opacity)
+        rests = bool(contact) and leg in feet
+        own, above = (contact, _ABOVE_OTHERS) if rests else (colour, None)
+        _draw_foot(axes, points[0], sticks.soles[index, leg], view, own, opacity, above)
+    hips = sticks.legs[index, :, -1]
+    axes.plot(hips[:, view], hips[:, 2], color=TRUNK, alpha=opacity, linewidth=1.7)
+    trunk = sticks.trunk[index]
+    axes.plot(trunk[:, view], trunk[:, 2], color=TRUNK, alpha=opacity, linewidth=2.2)
+
+
+def _draw_foot(
+    axes: Axes,
+    ankle: Array,
+    sole: Array,
+    view: int,
+    colour: str,
+    opacity: float,
+    above: float | None,
+) -> None:
+    """Draw the sole's middle line in this view and its ends to the ankle."""
+    first, second = (sole[pair].mean(axis=0) for pair in _EDGES[view])
+    outline = np.array([ankle, first, second, ankle])
+    axes.plot(
+        outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity, zorder=above
+    )
+
+
+def ground_words(gait: Recorded) -> str:
+    """Return the words of the ground, in which a dollar begins no formula."""
+    return ground_of(gait).words.replace("$", r"\$")
+
+
+def draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait | Transition) -> None:
+    """Draw the ground: from the side with its slope or its shape."""
+    x = reach(sticks, view)
+    z = np.zeros(2)
+    if view == SIDE:
+        step = gait.step_length or float(np.ptp(x))  # in place any will do
+        ends = np.sort(x / step)  # backward the steps go the other way
+        first, last = (int(k) for k in np.floor(ends) + np.array([-1.0, 2.0]))
+        along, height = ground_of(gait).along(first, last + 1, step).T
+        R = upright(gait.trajectory.body.gravity)
+        along, height = R[[0, 2]][:, [0, 2]] @ np.stack([along, height])
+        order = np.argsort(along, kind="stable")
+        along, height = along[order], height[order]
+        inside = (along > x[0]) & (along < x[1])
+        z = np.interp(x, along, height)
+        x, z = np.r_[x[0], along[inside], x[1]], np.r_[z[0], height[inside], z[1]]
+    axes.fill_between(x, z - _GROUND_DEPTH, z, color=GROUND, linewidth=0)
+    axes.set_aspect("equal", adjustable="box")
+    axes.grid(False)
+
+
+def reach(sticks: StickFigures, view: int) -> Array:
+    """Return the ends (2,) of the ground that a view shows [m]."""
+    points = (sticks.soles, sticks.trunk, sticks.legs)
+    along = np.concatenate([part[..., view].ravel() for part in points])
+    return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
+
+
+def panel_joints(gait: Recorded) -> list[int]:
+    """Return one joint of each pair: the stance leg's from the hip down, then all others."""
+    return [group[0] for group in joint_groups(gait)]
+
+
+def joint_panels(count: int, title: str, more: bool = False) -> tuple[Figure, list[Axes]]:
+    """Return a figure with panels for the joints, in rows, and space for a legend below.
+
+    Args:
+        count: of the panels.
+        title: of the figure.
+        more: whether the legend has a row more.
+    """
+    rows = -(-count // COLUMNS)
+    height = rows * _ROW
+    figure = new_figure(9.0, height, layout=None)
+    below = _BELOW + (_LEGEND_ROW if more else 0.0)
+    place = {**_PLACE, "bottom": below / height, "top": 1.0 - _ABOVE / height}
+    axes = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False, gridspec_kw=place).ravel()
+    for one in axes[count:]:
+        one.set_visible(False)
+    figure.suptitle(title, y=1.0 - _TITLE / height)
+    return figure, list(axes[:count])
+
+
+def name_panel(axes: Axes, number: int, count: int, unit: str, name: str) -> None:
+    """Name a panel of `joint_panels`, and its axes where they are at the edge."""
+    last = number >= count - COLUMNS
+    axes.xaxis.set_tick_params(labelbottom=last)
+    x, y = "time [s]" if last else "", unit if number % COLUMNS == 0 else ""
+    label_axes(axes, x, y, name_on_figure(name))
+
+
+def draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
+    """Write the limit of both joints and the share used; draw it where their curves come near.
+
+    Args:
+        axes: the panel.
+        values: of one joint or two, shape (N, 1 or 2).
+        limits: of each, shape (1,) or (2,).
+
+    Returns:
+        The values at which there is a line.
+    """
+    limit = float(np.min(limits))
+    if not np.isfinite(limit) or limit <= 0.0:
+        return []
+    used = np.abs(values).max(axis=0) / limits
+    colour = LIMIT if used.max() >= 0.999 else "#555555"
+    share = f"limit {limit:.4g}: {100.0 * used[0]:.0f} % / {100.0 * used[1]:.0f} %"
+    near = [side * limit for side in (-1, 1) if limit < _FAR * (side * values).max()]
+    axes.set_title(share, loc="right", fontsize=7.5, color=colour)
+    for line in near:
+        axes.axhline(line, color=LIMIT, linestyle="--", linewidth=1.0, label="limit")
+    return near
+
+
+def scale(axes: Axes, shown: Array, largest: float) -> None:
+    """Make a panel hold its own values (N,), zero, and something of the figure's largest value."""
+    least = _FLAT * largest
+    low, high = min(float(shown.min()), -least), max(float(shown.max()), least)
+    space = _SPACE * (high - low)
+    axes.set_ylim(low - space, high + space)
+
+
+def share_legend(figure: Figure, panels: list[Axes], legs: str = "stance / swing leg") -> None:
+    """Write one legend of whatever is drawn in any panel."""
+    found = {
+        label: handle
+        for axes in panels
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    told = f"above each panel: the limit, and its share used by {legs}"
+    title = told if any(axes.get_title(loc="right") for axes in panels) else None
+    figure.legend(
+        list(found.values()), list(found), loc="lower center", ncols=3, title=title,
+        title_fontsize=8.0,
+    )  # fmt: skip
+
+
+_POINTS = 60  # of a phase, both ends among them
+_STICKS_PER_STEP = 6  # stick figures
+_BANDS = ((0.0, 0.02), (0.022, 0.042))  # of a panel's height: when each foot stands
+
+
+def _transition_walk(transition: Transition) -> Figure:
+    """Draw what a transition leads from, its steps, and what it leads to, as stick figures."""
+    trajectory = transition.trajectory
+    ends = trajectory.breaks
+    still = [phase.still for phase in trajectory.phases]
+    times = [
+        np.linspace(begin, end, 1 if rests else _STICKS_PER_STEP, endpoint=False)
+        for begin, end, rests in zip(ends, ends[1:], still, strict=False)
+    ]
+    whole = np.append(np.concatenate(times), trajectory.period)
+    samples = trajectory.at(whole)
+    body = trajectory.body
+    sticks = stick_figures(body, samples.configuration, trunk_top(transition))
+    sticks = sticks.turned(upright(body.gravity))
+    figure = new_figure(9.0, 4.6)
+    axes = figure.subplots()
+    draw_ground(axes, sticks, SIDE, transition)
+    for index, time in enumerate(whole):
+        landing = np.abs(ends - time).min() < 1e-9
+        stands = samples.contact[index]
+        standing = tuple(np.flatnonzero(stands).tolist()), contact_colour(flat_contact(stands))
+        draw_sticks(axes, sticks, index, SIDE, 0.95 if landing else 0.35, standing)
+    label_axes(axes, "forward x [m]", "height z [m]")
+    for name, colour in zip(_sides(transition), (STANCE, SWING), strict=True):
+        axes.plot([], [], color=colour, label=name)
+    for contact in contacts(transition):
+        words = name_on_figure(contact_words(contact))
+        axes.plot([], [], color=contact_colour(contact), label=f"foot {words}")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    figure.suptitle(f"{_title(transition)}; solid: the landings")
+    return figure
+
+
+def _transition_forces(transition: Transition) -> Figure:
+    """Draw the force of the ground on either foot, and how much of the friction is used."""
+    times, samples = _samples(transition)
+    figure = new_figure(9.0, 5.2)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+    normal = samples.wrench[..., 2]
+    tangential = np.hypot(samples.wrench[..., 0], samples.wrench[..., 1])
+    names = zip(_sides(transition), (STANCE, SWING), strict=True)
+    for foot, (name, colour) in enumerate(names):
+        stands = samples.contact[:, foot]
+        above.plot(times, np.where(stands, normal[:, foot], np.nan), color=colour, label=name)
+        presses = stands & (normal[:, foot] > 0.0)
+        used = tangential[:, foot] / np.where(presses, normal[:, foot], np.nan)
+        below.plot(times, used, color=colour, label=name)
+    above.plot(times, normal.sum(axis=1), ":", color=TRUNK, linewidth=1.0, label="both together")
+    limit = transition.number("task", "margins", "friction")
+    if limit is not None:
+        below.axhline(limit, color=LIMIT, linestyle="--", linewidth=1.0, label=f"allowed {limit:g}")
+    for axes in (above, below):
+        axes.set_ylim(bottom=0.0)
+        _mark(axes, transition)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    label_axes(above, "", "normal force [N]")
+    label_axes(below, "time [s]", "friction [-]")
+    figure.suptitle(f"{_title(transition)}: force of the ground on the feet")
+    return figure
+
+
+def _transition_torques(transition: Transition) -> Figure:
+    """Draw the torques of the joints of either leg against their limits."""
+    limits = transition.joint_limit("torque")
+    return _transition_grid(transition, "torque", limits, "torque [N·m]", "joint torques")
+
+
+def _transition_rates(transition: Transition) -> Figure:
+    """Draw the rates of the joints of either leg against their limits."""
+    limits = transition.joint_limit("speed")
+    return _transition_grid(transition, "dq", limits, "rate [rad/s]", "joint rates")
+
+
+def _transition_angles(transition: Transition) -> Figure:
+    """Draw the angles of the joints of either leg."""
+    return _transition_grid(transition, "q", None, "angle [rad]", "joint angles")
+
+
+TRANSITION_FIGURES: dict[str, Callable[[Transition], Figure]] = {
+    "ground_force": _transition_forces,
+    "torques": _transition_torques,
+    "rates": _transition_rates,
+    "angles": _transition_angles,
+    "walk": _transition_walk,
+}
+
+
+def _transition_grid(
+    transition: Transition, name: str, limits: Array | None, unit: str, title: str
+) -> Figure:
+    """Draw panels from hip to ankle, in each the joint of both legs, in its own scale."""
+    times, samples = _samples(transition)
+    names = transition.trajectory.joint_names
+    values = getattr(samples, name)[:, [names.index(one) for one in transition.joint_names]]
+    groups = joint_groups(transition)
+    figure, panels = joint_panels(len(groups), f"{_title(transition)}: {title}")
+    for panel, (axes, group) in enumerate(zip(panels, groups, strict=True)):
+        axes.axhline(0.0, color=RULE, linewidth=0.8)
+        sides = _sides(transition) if len(group) > 1 else ("middle",)
+        for joint, side, colour in zip(group, sides, (STANCE, SWING), strict=False):
+            axes.plot(times, values[:, joint], color=colour, linewidth=1.2, label=side)
+        own = list(group)
+        drawn = [] if limits is None else draw_limit(axes, values[:, own], limits[own])
+        scale(axes, np.append(values[:, own], drawn), float(np.abs(values).max()))
+        _mark(axes, transition)
+        name_panel(axes, panel, len(groups), unit, group_name(transition, group[0]))
+    share_legend(figure, panels, " / ".join(_sides(transition)))
+    return figure
+
+
+def _samples(transition: Transition) -> tuple[Array, TrajectorySamples]:
+    """Return instants of all phases, two where one follows another, and the motion at them."""
+    trajectory = transition.trajectory
+    ends = trajectory.breaks
+    times = np.concatenate([np.linspace(begin, end, _POINTS) for begin, end in pairwise(ends)])
+    before = np.tile(np.arange(_POINTS) == _POINTS - 1, len(ends) - 1)
+    return times, trajectory.at(times, before=before)
+
+
+def _mark(axes: Axes, transition: Transition) -> None:
+    """Draw when the transition begins and ends, and below when each foot stands."""
+    trajectory = transition.trajectory
+    ends = trajectory.breaks
+    contact = trajectory.at(0.5 * (ends[1:] + ends[:-1])).contact
+    for begin, end, stands in zip(ends, ends[1:], contact, strict=False):
+        colour = contact_colour(flat_contact(stands))
+        for foot in np.flatnonzero(stands):
+            low, high = _BANDS[foot]
+            axes.axvspan(begin, end, low, high, color=colour, linewidth=0)
+    for time in (transition.begins, transition.begins + transition.duration):
+        axes.axvline(time, color=RULE, linewidth=0.8, linestyle=":")
+
+
+def _sides(transition: Transition) -> tuple[str, str]:
+    """Return what the legs are called, as the feet in the order of contacts."""
+    names = (transition.stance_sole, transition.swing_sole_frame)
+    first, second = (name_on_figure(n.replace("_sole", " leg").replace("_", " ")) for n in names)
+    return first, second
+
+
+def _title(transition: Transition) -> str:
+    return name_on_figure(f"{transition.words[0].upper()}{transition.words[1:]}")
+
 
 _SUPERPOSED = 9  # stick figures of one step
 _IN_A_ROW, _PER_STEP = 3, 6  # steps of a walk, and stick figures in each

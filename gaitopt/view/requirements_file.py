@@ -16,6 +16,7 @@ from typing import Any
 
 import tomli_w
 
+from gaitopt import units
 from gaitopt.atomic import write_atomically
 from gaitopt.design.requirements import (
     FIGURES,
@@ -27,10 +28,9 @@ from gaitopt.design.requirements import (
     worst_case,
 )
 from gaitopt.errors import InputError, MissingExtraError
-from gaitopt.units import UNITS as KNOWN_UNITS
 from gaitopt.units import motion_words
 
-RPM = KNOWN_UNITS["rad/s"]["rpm"]
+RPM = units.UNITS["rad/s"]["rpm"]
 """One turn a minute [rad/s]."""
 ALL = "all"
 """In place of a gait: over all of them."""

@@ -1,33 +1,407 @@
 """What a robot is drawn with: the visual shapes of its file, or a skeleton if it has none.
 
 Pinocchio's own visualiser is not used: its import alone takes as long as a page, and it puts whole
-mesh files, authors and paths included, into a page.
+mesh files, authors and paths included, into a page. Of a mesh file (STL, OBJ, Collada) a page shows
+triangles, normals and the colour of each material; textures, comments, names and paths stay where
+they are. There are as few triangles as the eye allows: those of the file are made for machining,
+and fast-simplification takes away those that change the surface least (quadric error metrics:
+Garland and Heckbert, SIGGRAPH 1997); normals are made again, shared only across edges that are not
+sharp.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import coal
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.gait.recorded import Recorded, recorded_choices
-from gaitopt.importers.meshes import MeshProblem
+from gaitopt.importers.meshes import MeshProblem, opacity, unseen, up_axis
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source, load_mesh
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
-from gaitopt.view.mesh_data import GREY, MeshData, read_mesh
-from gaitopt.view.simplify import Surface, simplified
 from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
 from gaitopt.view.viewer import Node, geometry
+
+Rows = NDArray[np.intp]
+
+FEW = 400  # triangles: a mesh of fewer stays as it is
+_FACTOR, _POWER = 12.0, 0.55
+"""Of M triangles 12 M**0.55 stay: chosen by looking, 2,700 of the 19,000 of a link of G1."""
+_SHARP = np.cos(np.radians(40.0))  # between two faces whose edge is to be seen
+_FAN = 64  # triangles about a corner; where there are more, they are drawn flat
+_WELD = 1e-6  # of the mesh's size: corners so near are one
+_FINE = 127.0  # steps of a component of a normal
+_HASTE = 5
+"""How fast the library gives up on the shape where it takes too few triangles away: its limit of
+the error grows by this power of the round (its own 7). A mesh of many parts, screws and vents,
+cannot be made as small as is wanted; with 7 the large surfaces beside them pay for it."""
+_SIZE = 100.0
+"""Of the mesh while it is simplified: the library collapses edges by thresholds that know no unit,
+and folds the surface of a mesh of some centimetres in metres (version 0.2.0)."""
+_MANTISSA = np.uint32(0xFFFFF000)  # 11 bits, a thousandth of a coordinate in 2
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A surface of triangles that share corners.
+
+    Attributes:
+        corners: shape (V, 3), in the units of the file.
+        normals: at them, shape (V, 3); None where facets are flat.
+        faces: rows of `corners`, shape (F, 3).
+    """
+
+    corners: Array
+    normals: Array | None
+    faces: Rows
+
+
+def simplified(corners: Array) -> Surface | None:
+    """Return what the eye sees of many triangles.
+
+    Args:
+        corners: of the triangles, shape (M, 3, 3), in any unit.
+
+    Returns:
+        About 12 M**0.55 triangles; None where there are so few, or so broken, that they had better
+        be drawn as they are.
+    """
+    if len(corners) <= FEW:
+        return None
+    points, faces = _welded(corners)
+    size = float(np.ptp(points, axis=0).max()) / _SIZE or 1.0
+    wanted = max(FEW, int(_FACTOR * len(faces) ** _POWER))
+    if len(faces) > wanted:
+        import fast_simplification  # which looks for its own version: slow to import
+
+        points, faces = fast_simplification.simplify(
+            np.ascontiguousarray(points / size, dtype=np.float32),
+            np.ascontiguousarray(faces, dtype=np.int32),
+            target_reduction=1.0 - wanted / len(faces),
+            agg=_HASTE,
+        )
+        points, faces = (
+            size * np.asarray(points, dtype=np.float64),
+            np.asarray(faces, dtype=np.intp),
+        )
+    if not len(faces) or not np.isfinite(points).all():
+        return None
+    return _shaded(points, faces)
+
+
+def _welded(corners: Array) -> tuple[Array, Rows]:
+    """Return corners (V, 3), each once, and triangles (F, 3) that keep an area."""
+    flat = corners.reshape(-1, 3)
+    low, size = flat.min(axis=0), float(np.ptp(flat, axis=0).max()) or 1.0
+    x, y, z = np.rint((flat - low) / (_WELD * size)).astype(np.int64).T
+    _, first, which = np.unique((x << 42) + (y << 21) + z, return_index=True, return_inverse=True)
+    faces = which.reshape(-1, 3)
+    a, b, c = faces.T
+    return flat[first], faces[(a != b) & (b != c) & (a != c)]
+
+
+def _shaded(points: Array, faces: Rows) -> Surface:
+    """Return the surface with a normal at each corner; at a sharp edge, several corners."""
+    a, b, c = points[faces.T]
+    across = np.cross(b - a, c - a)  # as long as twice the area, by which normals are weighed
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    unit = across / np.where(size > 0.0, size, 1.0)
+    vertex = faces.ravel()
+    face = np.repeat(np.arange(len(faces)), 3)
+    order = np.argsort(vertex, kind="stable")
+    counts = np.bincount(vertex, minlength=len(points))
+    begins = np.cumsum(counts) - counts
+    many = counts[vertex[order]]  # corners at the point of each corner
+    many = np.where(many > _FAN, 0, many)
+    one = np.repeat(np.arange(len(order)), many)
+    inside = np.arange(len(one)) - np.repeat(np.cumsum(many) - many, many)
+    other = begins[vertex[order]][one] + inside
+    mine, yours = face[order][one], face[order][other]
+    smooth = np.einsum("ij,ij->i", unit[mine], unit[yours]) > _SHARP
+    normals = np.zeros((len(order), 3))
+    for axis in range(3):
+        normals[:, axis] = np.bincount(
+            one[smooth], weights=across[yours[smooth], axis], minlength=len(order)
+        )
+    alone = ~normals.any(axis=1)
+    normals[alone] = unit[face[order][alone]]
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    steps = np.rint(_FINE * normals / np.where(length > 0.0, length, 1.0)).astype(np.int64)
+    key = vertex[order].astype(np.int64)
+    for axis in range(3):
+        key = (key << 8) + (steps[:, axis] + 128)
+    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    numbers = np.empty(len(order), dtype=np.intp)
+    numbers[order] = which
+    short = (points[vertex[order][first]].astype(np.float32).view(np.uint32) & _MANTISSA).view(
+        np.float32
+    )
+    return Surface(short.astype(np.float64), steps[first] / _FINE, numbers.reshape(-1, 3))
+
+
+_HEAD, _RECORD = 84, 50  # bytes of a binary STL: before the triangles, and of each
+_CORNERS = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+_VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE | re.IGNORECASE)
+GREY = np.array([0.62, 0.65, 0.68, 1.0])
+"""In place of a texture, and of black where all is black: on that no shape can be seen."""
+_FACES = ("triangles", "polylist", "polygons")
+_OTHER_FACES = ("trifans", "tristrips")  # nobody writes them; left to others
+
+
+@dataclass(frozen=True, eq=False)
+class MeshData:
+    """M triangles in the units of their file.
+
+    Attributes:
+        corners: shape (M, 3, 3).
+        normals: at the corners, None where the file gives none: facets are then flat.
+        colours: red, green, blue and opacity of each triangle from 0 to 1, shape (M, 4); None where
+            the file gives none.
+    """
+
+    corners: Array
+    normals: Array | None = None
+    colours: Array | None = None
+
+
+def read_mesh(path: str) -> MeshData | None:
+    """Return the triangles of an STL, OBJ or Collada file.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        None if it is another file, or one that cannot be read here.
+    """
+    read = {".stl": _stl, ".obj": _obj, ".dae": _collada}.get(Path(path).suffix.lower())
+    if read is None:
+        return None
+    try:
+        found = read(Path(path))
+    except (OSError, ValueError, IndexError, KeyError, ElementTree.ParseError, RecursionError):
+        return None
+    return found if found.corners.size and bool(np.isfinite(found.corners).all()) else None
+
+
+def _stl(path: Path) -> MeshData:
+    """Read an STL file, binary or text: one with "solid" in its head may be either."""
+    data = path.read_bytes()
+    count = int.from_bytes(data[_HEAD - 4 : _HEAD], "little")
+    if len(data) >= _HEAD and len(data) >= _HEAD + _RECORD * count and count:
+        records = np.frombuffer(data, _CORNERS, count, _HEAD)
+        return MeshData(np.array(records["corners"], dtype=np.float64))
+    numbers = [[float(n) for n in corner] for corner in _VERTEX.findall(data)]
+    return MeshData(np.array(numbers, dtype=np.float64).reshape(-1, 3, 3))
+
+
+def _obj(path: Path) -> MeshData:
+    """Read an OBJ file; faces of more corners are cut into fans."""
+    points: list[list[float]] = []
+    faces: list[tuple[int, int, int]] = []
+    for line in path.read_bytes().splitlines():
+        words = line.split()
+        if words[:1] == [b"v"]:
+            points.append([float(w) for w in words[1:4]])
+        elif words[:1] == [b"f"]:
+            ids = [int(w.partition(b"/")[0]) for w in words[1:]]
+            ids = [i - 1 if i > 0 else len(points) + i for i in ids]  # negative: from the end
+            faces += [(ids[0], a, b) for a, b in pairwise(ids[1:])]
+    return MeshData(np.array(points, dtype=np.float64)[np.array(faces, dtype=np.intp)])
+
+
+def _collada(path: Path) -> MeshData:
+    """Read a Collada file as coal does: every node where it is, whichever axis is called up.
+
+    Coal itself confuses the corners of geometries with several materials.
+    """
+    root = ElementTree.parse(path).getroot()
+    document = _Document({e.get("id", ""): e for e in root.iter() if e.get("id")})
+    scenes = [document.linked(e) for e in _inside(root, "instance_visual_scene")]
+    parts = [
+        part
+        for scene in scenes or list(_inside(root, "visual_scene"))
+        for node in _children(scene, "node")
+        for part in document.node(node, np.eye(4))
+    ]
+    corners = np.concatenate([part.corners for part in parts])
+    unit = next((float(e.get("meter", "1")) for e in _inside(root, "unit")), 1.0)
+    if up_axis(str(path)) == "Z_UP":  # others are taken as they are, see `importers.meshes`
+        corners = unit * corners
+    normals = [part.normals for part in parts if part.normals is not None]
+    all_normals = np.concatenate(normals) if len(normals) == len(parts) else None
+    return MeshData(corners, all_normals, _colours(parts))
+
+
+def _colours(parts: list[MeshData]) -> Array | None:
+    """Return the colours of parts together, None if none of them has any."""
+    if all(part.colours is None for part in parts):
+        return None
+    rows = [
+        np.tile(GREY, (len(part.corners), 1)) if part.colours is None else part.colours
+        for part in parts
+    ]
+    colours = np.concatenate(rows)
+    return colours if colours[:, :3].any() else np.tile(GREY, (len(colours), 1))
+
+
+@dataclass(frozen=True)
+class _Document:
+    """A Collada document, its elements by their ids."""
+
+    ids: dict[str, Element]
+
+    def linked(self, element: Element, key: str = "url") -> Element:
+        """Return the element that another one names."""
+        return self.ids[element.get(key, "").removeprefix("#")]
+
+    def node(self, node: Element, place: Array) -> Iterator[MeshData]:
+        """Yield what is drawn of a node and of those in it."""
+        place = place @ _placement(node)
+        for child in node:
+            tag = _tag(child)
+            if tag == "node":
+                yield from self.node(child, place)
+            elif tag == "instance_node":
+                yield from self.node(self.linked(child), place)
+            elif tag == "instance_geometry":
+                bound = {
+                    e.get("symbol", ""): e.get("target", "")
+                    for e in _inside(child, "instance_material")
+                }
+                yield from self.geometry(self.linked(child), place, bound)
+
+    def geometry(
+        self, geometry: Element, place: Array, bound: dict[str, str]
+    ) -> Iterator[MeshData]:
+        """Yield the triangles of a geometry, those of each of its materials together."""
+        for mesh in _children(geometry, "mesh"):
+            for faces in mesh:
+                if _tag(faces) in _OTHER_FACES:
+                    raise ValueError("fans and strips are not read here")
+                if _tag(faces) in _FACES:
+                    yield self.faces(faces, place, bound)
+
+    def faces(self, faces: Element, place: Array, bound: dict[str, str]) -> MeshData:
+        """Return the triangles of one material."""
+        inputs: dict[str, tuple[int, Element]] = {}
+        for one in _children(faces, "input"):
+            offset = int(one.get("offset", "0"))
+            inputs.setdefault(one.get("semantic", ""), (offset, self.linked(one, "source")))
+        stride = 1 + max(int(e.get("offset", "0")) for e in _children(faces, "input"))
+        offset, vertices = inputs["VERTEX"]
+        for one in _children(vertices, "input"):
+            inputs.setdefault(one.get("semantic", ""), (offset, self.linked(one, "source")))
+        polygons = [_numbers(p, np.int64).reshape(-1, stride) for p in _children(faces, "p")]
+        counts = [len(p) for p in polygons]
+        rows = np.concatenate(polygons) if polygons else np.zeros((0, stride), dtype=np.int64)
+        if _tag(faces) == "triangles":
+            counts = [3] * (len(rows) // 3)
+        elif _tag(faces) == "polylist":
+            counts = [int(n) for e in _children(faces, "vcount") for n in _numbers(e, np.int64)]
+        rows = rows[_fans(np.array(counts, dtype=np.int64))]
+        column, source = inputs["POSITION"]
+        corners = self.values(source)[rows[..., column]] @ place[:3, :3].T + place[:3, 3]
+        normals = None
+        if "NORMAL" in inputs:
+            column, source = inputs["NORMAL"]
+            normals = self.values(source)[rows[..., column]] @ np.linalg.inv(place[:3, :3])
+            length = np.linalg.norm(normals, axis=-1, keepdims=True)
+            normals = normals / np.where(length > 0.0, length, 1.0)
+        symbol = faces.get("material", "")
+        colour = self.colour(bound.get(symbol, symbol))
+        colours = None if colour is None else np.tile(colour, (len(corners), 1))
+        return MeshData(corners, normals, colours)
+
+    def values(self, source: Element) -> Array:
+        """Return the rows (K, 3) of a source."""
+        accessor = next(_inside(source, "accessor"))
+        numbers = _numbers(self.linked(accessor, "source"), np.float64)
+        stride, first = int(accessor.get("stride", "1")), int(accessor.get("offset", "0"))
+        count = int(accessor.get("count", "0"))
+        return numbers[first : first + count * stride].reshape(count, stride)[:, :3]
+
+    def colour(self, material: str) -> Array | None:
+        """Return diffuse colour and opacity of a material (4,), None if it has none.
+
+        What the file calls fully transparent is opaque: exporters disagree on which end of the
+        scale is which, and nobody draws what cannot be seen.
+        """
+        found = self.ids.get(material.removeprefix("#"))
+        effects = () if found is None else _inside(found, "instance_effect")
+        for effect in effects:
+            for model in self.linked(effect).iter():
+                for diffuse in _children(model, "diffuse"):
+                    values = [_numbers(e, np.float64)[:3] for e in _children(diffuse, "color")]
+                    plain = values[0] if values else GREY[:3]
+                    return np.append(plain, 1.0 if unseen(model) else opacity(model))
+        return None
+
+
+def _placement(node: Element) -> Array:
+    """Return the placement of a node in the one around it: its parts in their order."""
+    place = np.eye(4)
+    for part in node:
+        tag, own = _tag(part), np.eye(4)
+        if tag not in ("matrix", "translate", "rotate", "scale"):
+            continue
+        numbers = _numbers(part, np.float64)
+        if tag == "matrix":
+            own = numbers.reshape(4, 4)
+        elif tag == "translate":
+            own[:3, 3] = numbers[:3]
+        elif tag == "scale":
+            own[:3, :3] = np.diag(numbers[:3])
+        else:
+            own[:3, :3] = _rotation(numbers[:3], np.radians(numbers[3]))
+        place = place @ own
+    return place
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    """Return Rodrigues' rotation about an axis."""
+    x, y, z = axis / np.linalg.norm(axis)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
+
+
+def _fans(counts: Array) -> Array:
+    """Return the corners (M, 3) of triangles that fill polygons of so many corners each."""
+    begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    inside = np.maximum(counts - 2, 0)
+    first = np.repeat(begins, inside)
+    number = np.arange(inside.sum()) - np.repeat(np.cumsum(inside) - inside, inside)
+    return np.asarray(np.stack([first, first + number + 1, first + number + 2], axis=1))
+
+
+def _numbers(element: Element, kind: type[np.generic]) -> np.ndarray[tuple[int], np.dtype]:
+    return np.array((element.text or "").split(), dtype=kind)
+
+
+def _inside(element: Element, tag: str) -> Iterator[Element]:
+    return (one for one in element.iter() if _tag(one) == tag)
+
+
+def _children(element: Element, tag: str) -> Iterator[Element]:
+    return (one for one in element if _tag(one) == tag)
+
+
+def _tag(element: Element) -> str:
+    return str(element.tag).rpartition("}")[2]
+
 
 # MeshCat's cylinders stand along y, the others' along z
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])

@@ -23,8 +23,8 @@ from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.text_files import parse_toml
+from gaitopt.sweep.executor import local_workers
 from gaitopt.sweep.grid import Axis, TaskGrid, parse_axis
-from gaitopt.sweep.workers import local_workers
 from gaitopt.view.page import page_text
 
 MANY = 10**9 + 1

@@ -9,7 +9,7 @@ from transitions import from_rest
 from transitions import walk as designed
 
 from gaitopt import load_transition, save_gait, save_transition
-from gaitopt.view.transition_figures import TRANSITION_FIGURES
+from gaitopt.view.figures import TRANSITION_FIGURES
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,7 @@ from numerics import check_differences, jacobian_difference, relative_error, ste
 
 from gaitopt.contact.mode import FlatFoot, HeelLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
-from gaitopt.design.certificate import fine_grid
-from gaitopt.design.referee import ask_referee
+from gaitopt.design.certificate import ask_referee, fine_grid
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed

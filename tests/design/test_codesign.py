@@ -31,8 +31,8 @@ from gaitopt.errors import InputError
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import cost_of_text
 from gaitopt.gait.presets import preset_task
+from gaitopt.model.capsules import capsule_rows
 from gaitopt.model.import_options import PartChange
-from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 from gaitopt.solvers.hessian import damped_bfgs

@@ -8,7 +8,7 @@ import pytest
 from reference_cases import biped, reference_task
 
 from gaitopt.design import design as search
-from gaitopt.design import suggestions
+from gaitopt.design import diagnosis as diagnosing
 from gaitopt.design.active_set import violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.conflict import contradictions
@@ -47,7 +47,7 @@ def refusal(name):
     changes, _, _ = INFEASIBLE[name]
     caught_by = pytest.raises((NoGaitFoundError, UnreachableError))
     with pytest.MonkeyPatch.context() as patch, caught_by as caught:
-        patch.setattr(suggestions, "ENOUGH", 2)  # for speed
+        patch.setattr(diagnosing, "ENOUGH", 2)  # for speed
         design(biped(), reference_task(**changes), replace(QUICK, refine=name == BETWEEN))
     return caught.value
 
@@ -175,7 +175,7 @@ def test_the_usual_solver_is_suggested_where_another_gives_up(robot, monkeypatch
 def test_without_a_relaxation_the_usual_values_are_suggested(robot):
     task = preset_task(torque_limit=5.0, liftoff_speed=1.0, **COARSE)
     problem = WalkProblem(robot, task)
-    found, tried = suggestions.find_suggestions(problem, None, QUICK)
+    found, tried = diagnosing.find_suggestions(problem, None, QUICK)
     assert tried  # alone neither suffices
     (suggestion,) = found
     assert {change.setting for change in suggestion.changes} == {"torque_limit", "liftoff_speed"}

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt.design import suggestions
+from gaitopt.design import diagnosis as diagnosing
 from gaitopt.design.compare import compare_solvers
 from gaitopt.design.design import design
 from gaitopt.design.known_walk import gone_on
@@ -84,8 +84,8 @@ def test_what_is_suggested_was_gone_on_from(robot, refined_design, monkeypatch):
         asked.append((problem, x, multipliers))
         return refined_design
 
-    monkeypatch.setattr(suggestions, "_proven", proven)
-    assert suggestions.followed(robot, task, x + 0.01, DIRECT) is refined_design
+    monkeypatch.setattr(diagnosing, "_proven", proven)
+    assert diagnosing.followed(robot, task, x + 0.01, DIRECT) is refined_design
     (first, _, none), (second, at, multipliers) = asked
     assert none is None
     assert first.grid.count == task.samples
@@ -94,5 +94,5 @@ def test_what_is_suggested_was_gone_on_from(robot, refined_design, monkeypatch):
     np.testing.assert_array_equal(multipliers, refined_design.gait.multipliers)
 
     answers = iter([refined_design, None])
-    monkeypatch.setattr(suggestions, "_proven", lambda *_, **__: next(answers))
-    assert suggestions.followed(robot, task, x, DIRECT) is None
+    monkeypatch.setattr(diagnosing, "_proven", lambda *_, **__: next(answers))
+    assert diagnosing.followed(robot, task, x, DIRECT) is None

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt.design import reduction
+from gaitopt.design import refinement
 from gaitopt.design.active_set import active_rows, instants_of, placed, violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.extremes import located
-from gaitopt.design.reduction import _at_extremes, _Stage, on_either_side, resting_walk
+from gaitopt.design.refinement import _at_extremes, _Stage, on_either_side, resting_walk
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
@@ -124,7 +124,7 @@ def test_held_on_either_side_of_its_instants_a_walk_is_the_same_optimum(at_extre
 def test_beside_an_end_a_limit_is_held_within_the_step(at_extremes, monkeypatch):
     _, fine, x, active, held = at_extremes
     flat = replace(held[0], row=replace(held[0].row, instant=2e-4, multiplier=1.0), bend=0.02)
-    monkeypatch.setattr(reduction, "_at_extremes", lambda *_: (flat,))
+    monkeypatch.setattr(refinement, "_at_extremes", lambda *_: (flat,))
     instants = [row.instant for row in on_either_side(fine, x, active)]
     assert instants == pytest.approx([0.0, 4e-4], abs=1e-9)
 

@@ -8,8 +8,7 @@ import pinocchio as pin
 import pytest
 from walks import WALKS, walk
 
-from gaitopt.design.certificate import fine_grid
-from gaitopt.design.referee import ask_referee
+from gaitopt.design.certificate import ask_referee, fine_grid
 from gaitopt.gait.grid import proof_grid
 from gaitopt.model.robot import Robot
 from gaitopt.tolerances import MOMENTUM, REFEREE

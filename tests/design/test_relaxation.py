@@ -9,6 +9,7 @@ from reference_cases import reference_task
 from walks import walk
 
 from gaitopt.design.conflict import easier_guess
+from gaitopt.design.diagnosis import _outward
 from gaitopt.design.relaxation import (
     Relaxation,
     RelaxedProgram,
@@ -17,7 +18,6 @@ from gaitopt.design.relaxation import (
     step_width_adjustment,
     usual_value,
 )
-from gaitopt.design.suggestions import _outward
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.functions import FrictionCone

@@ -9,8 +9,7 @@ from places import CASES
 
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motions.motion import motion
-from gaitopt.motions.orders import G1_JOINTS, RobotOrder
+from gaitopt.motions.motion import G1_JOINTS, RobotOrder, motion
 
 ISAAC = (
     "left_hip_pitch", "right_hip_pitch", "waist_yaw", "left_hip_roll", "right_hip_roll",

@@ -13,7 +13,7 @@ from sample_gait import sample_gait
 import gaitopt
 from gaitopt import bounds
 from gaitopt.motions.formats import FORMATS
-from gaitopt.motions.orders import ORDERS
+from gaitopt.motions.motion import ORDERS
 
 PAGE = DOCS / "motions.md"
 SIZES = {"T": 80, "n": 12, "B": 13}  # a stride of 0.8 s at 100 Hz of the thirteen-link biped

@@ -22,8 +22,7 @@ from gaitopt.errors import InputError
 from gaitopt.mechanics.spatial import upright
 from gaitopt.model.robot import Robot
 from gaitopt.motions.formats import FORMATS
-from gaitopt.motions.motion import motion
-from gaitopt.motions.orders import G1_JOINTS
+from gaitopt.motions.motion import G1_JOINTS, motion
 
 
 def exported(gait, folder, name, **asked):

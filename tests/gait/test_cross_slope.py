@@ -10,10 +10,9 @@ from numerics import relative_error
 from reference_cases import biped
 
 from gaitopt.design.audit import audit
-from gaitopt.design.certificate import fine_grid
+from gaitopt.design.certificate import ask_referee, fine_grid
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.referee import ask_referee
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait

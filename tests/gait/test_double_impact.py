@@ -13,10 +13,9 @@ from walks import walk
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.cli.report import print_gait
 from gaitopt.contact.schedule import PhaseEnd
-from gaitopt.design.both_feet import carried_over, gentle, impact_possible
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import attempt
+from gaitopt.design.pipeline import attempt, carried_over, gentle, impact_possible
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
@@ -24,7 +23,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.grid import proof_grid
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.mechanics.closed_impact import ClosedImpact
+from gaitopt.mechanics.closed_chain import ClosedImpact
 from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds

@@ -17,7 +17,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_geometry
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import completed
-from gaitopt.mechanics.body_pairs import leg_pairs
+from gaitopt.mechanics.capsule_distance import leg_pairs
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import violations

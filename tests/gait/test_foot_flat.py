@@ -11,9 +11,9 @@ from tied_bipeds import tied
 from gaitopt.contact.mode import HeelLine
 from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
 from gaitopt.design.audit import audit
+from gaitopt.design.certificate import ask_referee
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.referee import ask_referee
 from gaitopt.design.sensitivity import sensitivities
 from gaitopt.design.summary import summarise
 from gaitopt.errors import GaitFileError, InputError

@@ -12,10 +12,9 @@ from synthetic_bipeds import MOVING, SOLE, synthetic
 
 from gaitopt.cli.request import make_request
 from gaitopt.design.audit import audit
-from gaitopt.design.certificate import fine_grid
+from gaitopt.design.certificate import ask_referee, fine_grid
 from gaitopt.design.conflict import contradictions
 from gaitopt.design.design import design
-from gaitopt.design.referee import ask_referee
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at

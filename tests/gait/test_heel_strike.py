@@ -10,10 +10,9 @@ from walk_checks import FORCE_MIRROR, check_base_moves_as_its_twist_says
 from walks import walk
 
 from gaitopt.contact.schedule import AFTER
-from gaitopt.design.certificate import certify
+from gaitopt.design.certificate import ask_referee, certify
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.referee import ask_referee
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities

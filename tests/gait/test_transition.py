@@ -24,12 +24,14 @@ from gaitopt.gait.initial_guess import first_guess, perturbed, transition_guess
 from gaitopt.gait.parameters import FOOT_YAW, GEOMETRY, set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.standing import centre_of_mass, standing, wrench_standing
 from gaitopt.gait.transition_problem import (
     TransitionProblem,
     TransitionTask,
+    centre_of_mass,
     junction_of,
+    standing,
     step_durations,
+    wrench_standing,
 )
 from gaitopt.motions.export import export_transition
 from gaitopt.motions.motion import motion

@@ -19,7 +19,7 @@ from gaitopt.mechanics.single_support import SingleSupport
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.reroot import lock_upper_body
 from gaitopt.model.robot import Robot
-from gaitopt.model.symmetry.leg_exchange import exchange_error
+from gaitopt.model.symmetry import exchange_error
 
 EXACT = 1e-10
 WITH_ARMS = SYNTHETIC[:2]

@@ -12,11 +12,10 @@ from humanoids import add_arms, edits
 from numerics import check_jacobian, relative_error
 from urdf_edits import edited_urdf, link
 
-from gaitopt.mechanics.body_pairs import arm_pairs, narrowed_gaps, pair_name
-from gaitopt.mechanics.capsule_distance import CapsuleGaps
+from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, narrowed_gaps, pair_name
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.model.arm_capsules import arm_bodies, arm_capsule_rows, arm_capsules
+from gaitopt.model.capsules import arm_bodies, arm_capsule_rows, arm_capsules
 from gaitopt.model.import_options import (
     ImportOptions,
     Payload,

@@ -10,8 +10,7 @@ from places import CASES
 from reference_cases import biped
 from urdf_edits import edited_urdf, link
 
-from gaitopt.mechanics.body_pairs import leg_pairs
-from gaitopt.mechanics.capsule_distance import CapsuleGaps
+from gaitopt.mechanics.capsule_distance import CapsuleGaps, leg_pairs
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.model.robot import Robot
 

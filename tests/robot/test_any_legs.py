@@ -16,7 +16,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.legs.leg_geometry import hip_and_ankle, missing_joints
 from gaitopt.model.robot import Robot
-from gaitopt.model.symmetry.leg_exchange import exchange_error
+from gaitopt.model.symmetry import exchange_error
 
 X, Y, Z = np.eye(3)
 

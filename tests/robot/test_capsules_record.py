@@ -4,9 +4,9 @@ import pytest
 from example_robots import example_robot, needs_example_robots
 
 from gaitopt.errors import RobotError
-from gaitopt.mechanics.body_pairs import leg_pairs
+from gaitopt.mechanics.capsule_distance import leg_pairs
+from gaitopt.model.capsules import capsule_rows, leg_capsules
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
-from gaitopt.model.leg_capsules import capsule_rows, leg_capsules
 from gaitopt.model.robot import Robot
 
 

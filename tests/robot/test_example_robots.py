@@ -10,11 +10,11 @@ from numerics import relative_error
 from pelvis_rooted import reading_of, rooted_both_ways
 
 from gaitopt.errors import RobotError
+from gaitopt.model.capsules import leg_capsules
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
-from gaitopt.model.leg_capsules import leg_capsules
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
-from gaitopt.model.symmetry.leg_exchange import exchange_error, mirror_placement
+from gaitopt.model.symmetry import exchange_error, mirror_placement
 
 pytestmark = needs_example_robots
 

@@ -10,8 +10,8 @@ from places import CASES
 from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
+from gaitopt.model.capsules import leg_capsules
 from gaitopt.model.import_options import ImportOptions, LimitOverride
-from gaitopt.model.leg_capsules import leg_capsules
 from gaitopt.model.legs.kinematic_tree import points_on_lines
 from gaitopt.model.robot import Robot
 

@@ -9,7 +9,7 @@ from urdf_edits import add_arm, edited_urdf
 
 from gaitopt.model.reroot import lock_upper_body, reroot
 from gaitopt.model.robot import Robot
-from gaitopt.model.symmetry.leg_exchange import mirror_placement
+from gaitopt.model.symmetry import mirror_placement
 
 TOLERANCE = 1e-10
 SEEDS = range(5)

@@ -19,7 +19,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.importers.pinocchio_model import rigid_body
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
-from gaitopt.model.symmetry.averaging import mirrored
+from gaitopt.model.symmetry import mirrored
 
 
 def facts(robot):

@@ -18,8 +18,7 @@ from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.reroot import lock_upper_body, reroot
 from gaitopt.model.robot import Robot
-from gaitopt.model.symmetry.averaging import mirrored
-from gaitopt.model.symmetry.leg_exchange import exchange_error
+from gaitopt.model.symmetry import exchange_error, mirrored
 
 quick = settings(deadline=None, derandomize=True, max_examples=25)
 

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_cases import URDF_SIGNS, biped
 
-from gaitopt.model.symmetry.leg_exchange import (
+from gaitopt.model.symmetry import (
     exchange_error,
     joint_lines,
     leg_exchange,

@@ -16,10 +16,9 @@ from gaitopt.gait.recorded import robot_of
 from gaitopt.gait.task import task_from_record
 from gaitopt.model.import_options import LimitOverride
 from gaitopt.model.robot import Robot
-from gaitopt.sweep.grid import Axis, parse_axis
+from gaitopt.sweep.grid import Axis, RobotSource, parse_axis
 from gaitopt.sweep.interpolation import interpolate
 from gaitopt.sweep.library import open_library
-from gaitopt.sweep.scenario import RobotSource
 from gaitopt.sweep.scheduler import sweep
 
 TABLE = read_motors(EXAMPLES / "motors.toml")

@@ -29,9 +29,8 @@ from gaitopt.model.sole import Sole
 from gaitopt.solvers import solver_by_name
 from gaitopt.sweep.database import Database
 from gaitopt.sweep.executor import CONTINUE
-from gaitopt.sweep.grid import Axis
+from gaitopt.sweep.grid import Axis, RobotSource
 from gaitopt.sweep.library import MISSING, open_library
-from gaitopt.sweep.scenario import RobotSource
 from gaitopt.sweep.scheduler import sweep
 from gaitopt.sweep.table import CERTIFIED, INFEASIBLE, NOT_COMPUTED, awaited_row, write_table
 

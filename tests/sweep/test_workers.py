@@ -14,10 +14,9 @@ from sweeps import QUICK, SPEEDS, costs, quick_task
 
 from gaitopt.design.process import shut_down, without_ctrl_c
 from gaitopt.errors import InputError
-from gaitopt.sweep import workers as workers_module
-from gaitopt.sweep.executor import FINISH
+from gaitopt.sweep import executor as workers_module
+from gaitopt.sweep.executor import FINISH, LocalWorkers, local_workers
 from gaitopt.sweep.scheduler import sweep
-from gaitopt.sweep.workers import LocalWorkers, local_workers
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX")
 

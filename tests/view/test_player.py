@@ -9,9 +9,8 @@ from page_scene import commands_of, unpacked
 from sample_gait import sample_gait
 
 from gaitopt.errors import InputError
-from gaitopt.view import player as module
-from gaitopt.view.player import play
-from gaitopt.view.scene_server import SceneServer, is_local
+from gaitopt.view import scene_server as module
+from gaitopt.view.scene_server import SceneServer, is_local, play
 
 
 def test_the_server_shows_the_walk_and_stops(capfd):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from gaitopt.view.simplify import FEW, simplified
+from gaitopt.view.robot_shapes import FEW, simplified
 
 
 def ball(count: int, radius: float) -> np.ndarray:

@@ -13,9 +13,8 @@ from gaitopt.view.animation import transition_frames
 from gaitopt.view.contacts import COLOURS
 from gaitopt.view.curves import curves
 from gaitopt.view.figure_style import rendered
-from gaitopt.view.figures import make_figure
+from gaitopt.view.figures import TRANSITION_FIGURES, make_figure
 from gaitopt.view.page import page_text
-from gaitopt.view.transition_figures import TRANSITION_FIGURES
 
 
 @cache

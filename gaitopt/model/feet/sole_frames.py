@@ -20,7 +20,7 @@ from gaitopt.model.feet.sole_detection import FoundSole, Rectangle, common_recta
 from gaitopt.model.feet.stance import Stance
 from gaitopt.model.import_options import ImportOptions, Placement
 from gaitopt.model.sole import Sole
-from gaitopt.model.symmetry.leg_exchange import mirror_placement
+from gaitopt.model.symmetry import mirror_placement
 from gaitopt.nlp import Array
 
 SOLE_NAMES = ("right_sole", "left_sole")

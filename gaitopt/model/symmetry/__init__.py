@@ -1,1 +1,0 @@
-"""The symmetry of left and right: found, verified, and restored where it is slightly off."""
