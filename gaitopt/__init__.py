@@ -111,7 +111,7 @@ _HOMES = {
         "solvers": "solver_by_name",
         "view.figures": "write_figures",
         "view.page": "page_text write_page",
-        "view.player": "play",
+        "view.scene_server": "play",
     }.items()
     for name in names.split()
 }

@@ -24,7 +24,7 @@ _HOMES = {
     "fastest": "speed_search",
     "interpolate": "interpolation",
     "joined_scheduler": "executor",
-    "local_workers": "workers",
+    "local_workers": "executor",
     "open_library": "library",
     "parse_axis": "grid",
     "sweep": "scheduler",
