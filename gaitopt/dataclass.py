@@ -2,7 +2,8 @@
 
 The library writes and compiles up to six functions for every class, of which a command loads 300:
 longer than NumPy and Pinocchio take to import (docs/decisions/dataclasses.md). Here only `__init__`
-is compiled; everything else that a frozen dataclass has is the same few lines for all of them.
+is compiled, as soon as it is asked for; everything else that a frozen dataclass has is the same few
+lines for all of them.
 `fields`, `replace`, `asdict`, pattern matching, and classes of the library's own decorator that
 inherit from these work as usual.
 """
@@ -36,7 +37,7 @@ def _frozen(cls: type, eq: bool) -> type:
     inherits = any(map(dataclasses.is_dataclass, cls.__mro__[1:]))
     dataclasses.dataclass(init=False, repr=False, eq=False, frozen=inherits)(cls)
     fields = dataclasses.fields(cls)
-    methods: dict[str, Callable[..., Any]] = {"__init__": _initialiser(cls), "__repr__": _repr}
+    methods: dict[str, Any] = {"__init__": _Uncompiled(cls), "__repr__": _repr}
     if not inherits:  # frozen classes inherit from frozen ones alone: the library sees to it
         vars(cls)["__dataclass_params__"].frozen = True
         methods["__setattr__"], methods["__delattr__"] = _refusals(cls)
@@ -59,6 +60,18 @@ class _Made:
 
 
 _MADE = _Made()
+
+
+class _Uncompiled:
+    """Stands for `__init__` until that is first asked for: of most classes it never is."""
+
+    def __init__(self, cls: type) -> None:
+        self._class = cls
+
+    def __get__(self, one: object, _: type | None = None) -> Any:
+        """Compile it in its own place, and return it."""
+        made = self._class.__init__ = _initialiser(self._class)  # type: ignore[misc]
+        return made.__get__(one, self._class)
 
 
 def _initialiser(cls: type) -> Callable[..., None]:

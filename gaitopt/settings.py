@@ -292,7 +292,7 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
         elsewhere: returns where an option is to be given that is none of its own, else nothing.
         kinds: whether the kinds of values are checked too, not the names alone.
     """
-    made: Any = vars(kind)["__init__"]
+    made: Any = kind.__init__  # type: ignore[misc]
 
     @wraps(made)
     def init(self: Any, *args: Any, **values: Any) -> None:
