@@ -421,7 +421,9 @@ def _faces(
     first, second = (
         None
         if shape is None
-        else find_sole(shape, stance.upright(side), stance.places[side].actInv(stance.ankles[side]))
+        else find_sole(
+            shape, stance.upright(side), stance.places[side].actInv(stance.ankles[side]), stance.leg
+        )
         for side, shape in enumerate(shapes)
     )
     return first, second

@@ -13,7 +13,8 @@ from math import sqrt
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.physics import STANDARD_GRAVITY
 
-_REACH = 0.6  # m from hip to ankle of the thirteen-link biped
+REACH = 0.6
+"""Of the thirteen-link biped, from hip to ankle [m]; tolerances in metres are those of its size."""
 _WEIGHT = 56.87 * STANDARD_GRAVITY  # N: its own
 
 
@@ -34,7 +35,7 @@ class Scales:
     @classmethod
     def of_robot(cls, reach: float, weight: float, gravity: float) -> Scales:
         """Return the scales of a leg's length [m], a weight [N] and an acceleration [m/s²]."""
-        length = reach / _REACH
+        length = reach / REACH
         return cls(length, weight / _WEIGHT, sqrt(length * STANDARD_GRAVITY / gravity))
 
     def of_unit(self, unit: str) -> float:

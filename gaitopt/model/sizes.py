@@ -41,18 +41,28 @@ def size_doubts(chain: RootedChain, reach: float, sole: Sole, height: float) -> 
     if not _REACH[0] <= reach <= _REACH[1]:
         text = (
             f"the legs are {reach:.4g} m long from hip to ankle; {_REACH[0]:g} to {_REACH[1]:g} m "
-            "are plausible; are lengths of the file in mm? They must be in m"
+            f"are plausible; {_question('lengths', reach, _REACH, {'mm': 1e-3, 'cm': 1e-2})}"
+            "They must be in m"
         )
         findings.append(Finding("legs", "both legs", text, "warning"))
     mass = float(pin.computeTotalMass(chain.model))
     if not _MASS[0] <= mass <= _MASS[1]:
         text = (
-            f"the robot weighs {mass:.4g} kg; {_MASS[0]:g} to {_MASS[1]:g} kg are plausible; are "
-            "masses of the file in g? They must be in kg"
+            f"the robot weighs {mass:.4g} kg; {_MASS[0]:g} to {_MASS[1]:g} kg are plausible; "
+            f"{_question('masses', mass, _MASS, {'g': 1e-3})}They must be in kg"
         )
         findings.append(Finding("mass", "robot", text, "warning"))
     # A wrong unit of length or mass makes every radius of gyration look wrong as well.
     return findings or _gyration_doubts(chain, reach)
+
+
+def _question(
+    what: str, value: float, plausible: tuple[float, float], units: dict[str, float]
+) -> str:
+    """Return the question whether numbers are in a unit in which they would be plausible."""
+    least, most = plausible
+    fits = [unit for unit, size in units.items() if least <= value * size <= most]
+    return f"are {what} of the file in {fits[0]}? " if fits else ""
 
 
 def _check_sole(sole: Sole, reach: float) -> None:

@@ -1,9 +1,12 @@
 """Robots and soles in wrong units: each is told with its value and what is plausible."""
 
 import re
+from xml.etree import ElementTree as ET
 
 import pytest
+import trimesh
 from places import CASES
+from similar_robots import Units, similar_urdf
 from urdf_edits import edited_urdf
 
 from gaitopt.errors import RobotError
@@ -39,6 +42,7 @@ def warnings(robot):
     ("units", "message"),
     [
         ({"lengths": 1e3}, "legs: both legs: the legs are 600 m long .* 0.1 to 5 m .* in mm"),
+        ({"lengths": 1e2}, "legs: both legs: the legs are 60 m long .* 0.1 to 5 m .* file in cm"),
         ({"lengths": 0.15}, "legs: both legs: the legs are 0.09 m long from hip to ankle; 0.1 to"),
         ({"masses": 1e3, "inertias": 1e3}, r"mass: robot: the robot weighs 5\.687e\+04 kg; 0.5 to "
          "1000 kg are plausible; are masses of the file in g"),
@@ -53,6 +57,44 @@ def test_wrong_units_are_told(units, message):
     # What single links say of the same slip stands beside it.
     assert sum(re.search(message, one) is not None for one in told) == 1
     assert len(told) <= 13
+
+
+ROUND = (
+    "<collision><origin xyz='0.03 0 -0.05'/><geometry><mesh filename='{mesh}'/></geometry>"
+    "</collision>"
+)
+
+
+def with_round_feet(folder):
+    """The small biped with ellipsoids of 240 x 120 x 40 mm, cut a fifth above their ends, as feet."""
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    ball.apply_scale([0.12, 0.06, 0.02])
+    ball.vertices[:, 2] = ball.vertices[:, 2].clip(-0.016)
+    ball.export(folder / "foot.stl")
+    root = ET.parse(CASES / "base_mini.urdf").getroot()
+    for link in root.findall("link"):
+        if (old := link.find("collision")) is not None:
+            link.remove(old)
+            link.append(ET.fromstring(ROUND.format(mesh=folder / "foot.stl")))
+    return ET.tostring(root, encoding="unicode")
+
+
+@pytest.mark.parametrize("feet", ["flat", "round"])
+@pytest.mark.parametrize("length", [0.1, 0.5, 2.0, 10.0])
+def test_legs_and_soles_are_found_whatever_the_size(tmp_path, feet, length):
+    flat = (CASES / "base_mini.urdf").read_text()
+    text = flat if feet == "flat" else with_round_feet(tmp_path)
+    own, other = (
+        Robot.from_urdf(similar_urdf(text, Units(length=by, mass=by**3))) for by in (1.0, length)
+    )
+    assert feet == "flat" or 0.1 < own.sole.length < 0.2
+    for edge in ("toe", "heel", "left", "right"):
+        assert getattr(other.sole, edge) == pytest.approx(length * getattr(own.sole, edge), 1e-6)
+    assert other.joint_names == own.joint_names
+    assert other.legs.reach == pytest.approx(length * own.legs.reach)
+    # Only whether a robot is as small or large as any that walks depends on its size.
+    topics = [[told.split(":")[0] for told in warnings(one)] for one in (own, other)]
+    assert topics[0] == [one for one in topics[1] if one not in ("legs", "mass")]
 
 
 @pytest.mark.parametrize("units", [{}, {"lengths": 2.5}, {"masses": 3.0, "inertias": 3.0}])

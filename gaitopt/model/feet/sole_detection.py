@@ -11,6 +11,7 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.foot_shape import FootShape
+from gaitopt.model.scales import REACH
 from gaitopt.model.sole import Sole, tidy
 from gaitopt.nlp import Array
 
@@ -24,13 +25,13 @@ _EXACT = 1e-3  # rad: and where all its points lie in one plane
 _THIN = 1e-6  # of their extent: points this near to a plane lie in it
 _WIDE = 1e-3  # of their extent: and points this near to a line do not tell a plane
 _SHARE = 0.5  # of all that looks down: a face must be that large to be the sole
-_FLATNESS = 2e-3  # m: what lies less than this above the lowest point belongs to the sole
-_SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
+_FLATNESS = 0.01  # of the foot's length: what lies less above the lowest point belongs to the sole
+_SMALLEST = 5e-4 / REACH**2  # of the leg's length squared: less is an edge or a stud, not a sole
 _LONG = 0.8  # of the foot's length: a sole shorter than that is told
 _FULL = 0.9  # of the flat part: what the rectangle must hold to be the only one shown
 _NEARLY = 0.9  # of the length or the width of the flat part
 _LEANS = 2e-3  # rad: a tilt worth a word
-_DIFFERENT = 2e-3  # m: soles that differ by more from side to side deserve a word
+_DIFFERENT = 0.01  # of its length: soles that differ by more from side to side deserve a word
 _SHORTEST = 1e-6  # of the extent: of an edge, so that the logarithm of the area exists
 _STRAIGHT = 1e-14  # of the extent, squared: a corner that turns by less is none
 _FEW = 16  # points: the planes of each three of them are tried
@@ -117,35 +118,42 @@ class Rectangle:
                 "the sole frames lie beside the soles; leave them out, or correct them"
             )
         sole = Sole(*(tidy(v) for v in (self.toe - x, self.heel - x, half, -half)))
-        return sole, words if lost > _DIFFERENT else ()
+        return sole, words if lost > _DIFFERENT * (self.toe - self.heel) else ()
 
 
-def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
+def find_sole(
+    shape: FootShape, upright: Array, ankle: Array, leg: float = REACH
+) -> FoundSole:
     """Find the largest rectangle in the flat part under a foot.
 
-    The flat part is the convex hull of all points less than 2 mm above the lowest one; toes and
-    heels that curve up are not part of it. The rectangle has its edges along x and y.
+    The flat part is the convex hull of all points less than 1 % of the foot's length above the
+    lowest one; toes and heels that curve up are not part of it. The rectangle has its edges along x and y.
 
     Args:
         shape: of the foot.
         upright: columns forward, left and up of the standing foot in the frame of its joint,
             shape (3, 3).
         ankle: centre of the ankle in that frame [m], shape (3,).
+        leg: length of the leg from hip to ankle [m].
 
     Raises:
-        RobotError: the flat part is smaller than 5 cm²: an edge, a stud or a ball.
+        RobotError: the flat part is smaller than 5 cm² below a leg of 0.6 m, or as much of another:
+            an edge, a stud or a ball.
     """
     rotation = np.array(upright, dtype=float)
     points = shape.points @ rotation
     below = points[:, 2] - shape.radii
     height = float(below.min())
-    flat = points[below < height + _FLATNESS, :2]
+    whole = float(np.ptp(points[:, 0]))
+    near = _FLATNESS * (whole + 2.0 * float(shape.radii.max()))
+    flat = points[below < height + near, :2]
     toe, heel, left, right = largest_rectangle(flat)
-    if (toe - heel) * (left - right) < _SMALLEST:
+    smallest = _SMALLEST * leg**2
+    if (toe - heel) * (left - right) < smallest:
         raise RobotError(
-            f"no sole was found under the foot: the part within {_FLATNESS * 1e3:g} mm of its "
+            f"no sole was found under the foot: the part within {near * 1e3:.2g} mm of its "
             f"lowest point holds a rectangle of {(toe - heel) * 1e3:.1f} x "
-            f"{(left - right) * 1e3:.1f} mm only, less than {_SMALLEST * 1e4:g} cm² "
+            f"{(left - right) * 1e3:.1f} mm only, less than {smallest * 1e4:.3g} cm² "
             f"({shape.how}); {_ADVICE}{_leaning(shape, points)}"
         )
     x, y, z = (float(v) for v in np.asarray(ankle, dtype=float) @ rotation)
@@ -160,7 +168,6 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
         f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
         f"below the ankle, from {shape.how}"
     )
-    whole = float(np.ptp(points[:, 0]))
     if toe - heel < _LONG * whole:
         how += (
             f"; the foot is {whole * 1e3:.0f} mm long, rounded or raised at its ends: give a "
@@ -191,7 +198,7 @@ def common_rectangle(
     boxes = np.array([_box(sole.sole, sole, place, side) for sole, place, side in seen])
     gap = float(np.ptp(boxes, axis=0).max())
     doubts = []
-    if gap > _DIFFERENT:
+    if gap > _DIFFERENT * (boxes[:, 0] - boxes[:, 1]).max():
         doubts.append(
             f"the soles of the two feet differ by {gap * 1e3:.1f} mm; the common part counts"
         )

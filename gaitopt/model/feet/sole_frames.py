@@ -19,6 +19,7 @@ from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.feet.sole_detection import FoundSole, Rectangle, common_rectangle
 from gaitopt.model.feet.stance import Stance
 from gaitopt.model.import_options import ImportOptions, Placement
+from gaitopt.model.scales import REACH
 from gaitopt.model.sole import Sole
 from gaitopt.model.symmetry import mirror_placement
 from gaitopt.nlp import Array
@@ -26,12 +27,13 @@ from gaitopt.nlp import Array
 SOLE_NAMES = ("right_sole", "left_sole")
 
 _ALIGNED = 1e-3  # rad: a sole frame's axes may differ from the robot's by rounding in the file
-_IN_PLANE = 1e-3  # m: and its origin from the plane of the foot's lower face
-_CENTRED = 1e-3  # m: and from the middle of its width
-_MIRRORED = 2e-3  # m and rad: frames of both feet that are each other's; `symmetrise` judges it
-_ALIKE = 2e-3  # m: rectangles that differ by less are one
-_OFF_PLANE = 5e-3  # m: a named frame further from the foot's lower face is not its sole
-_MEASURED = 5e-3  # m: what a tape measure may be wrong by
+# Of the leg's length:
+_IN_PLANE = 1e-3 / REACH  # the frame's origin may be so far from the plane of the lower face
+_CENTRED = 1e-3 / REACH  # and from the middle of its width
+_MIRRORED = 2e-3 / REACH  # and rad: frames that are each other's; `symmetrise` judges it
+_ALIKE = 2e-3 / REACH  # rectangles that differ by less are one
+_OFF_PLANE = 5e-3 / REACH  # a named frame further from the foot's lower face is not its sole
+_MEASURED = 5e-3 / REACH  # what a tape measure may be wrong by
 _DIRECTORY = (
     "give the directory that holds their package (--package-dir DIR; in Python package_dirs), or "
 )
@@ -175,7 +177,7 @@ def _check_plane(stance: Stance, side: int, frame: pin.Frame, face: Rectangle) -
     here = stance.places[side] * frame.placement
     tilt = float(np.linalg.norm(pin.log3(here.rotation)))
     above = float(here.translation[2] - face.height)
-    if tilt > 10.0 * _ALIGNED or abs(above) > _OFF_PLANE:
+    if tilt > 10.0 * _ALIGNED or abs(above) > _OFF_PLANE * stance.leg:
         raise RobotError(
             f"frame '{frame.name}' is not in the plane of the sole with x forward and z up: it is "
             f"turned by {tilt:.3g} rad and lies {above * 1e3:.1f} mm above the foot's lower face; "
@@ -195,8 +197,8 @@ def _frames_of_the_file(stance: Stance, face: Rectangle | None) -> _Frames | Non
             fits = named and here.translation[2] < stance.ankles[0, 2]
         else:
             _, y, z = here.translation
-            centred = abs(y - (face.left + face.right) / 2.0) < _CENTRED
-            fits = abs(z - face.height) < _IN_PLANE and centred
+            centred = abs(y - (face.left + face.right) / 2.0) < _CENTRED * stance.leg
+            fits = abs(z - face.height) < _IN_PLANE * stance.leg and centred
         other = _partner(stance, 0, frame) if fits else None
         if other is not None:
             pairs.append((not named, len(pairs), (frame, other)))
@@ -216,7 +218,8 @@ def _partner(stance: Stance, side: int, frame: pin.Frame) -> pin.Frame | None:
     best, least = None, _MIRRORED
     for other in _links_of(stance, 1 - side):
         there = stance.places[1 - side] * other.placement
-        gap = float(np.abs(image.homogeneous - there.homogeneous).max())
+        turn = np.abs(image.rotation - there.rotation).max() / REACH
+        gap = float(max(np.abs(image.translation - there.translation).max() / stance.leg, turn))
         # Several links may share a place; a sole by name comes first.
         if gap < least or (gap <= least + 1e-9 and "sole" in other.name.lower()):
             best, least = other, min(gap, least)
@@ -246,12 +249,12 @@ def _found_rectangle(
     sole, cut = face.seen_from(here.translation)
     drop = float(stance.ankles[0, 2] - here.translation[2])
     text = f"{_described(sole)}, {drop * 1e3:.1f} mm below the ankle; found: {face.how}; in {where}"
-    doubts = (*face.doubts, *cut, *_other_choices(face, here.translation, sole))
+    doubts = (*face.doubts, *cut, *_other_choices(face, here.translation, sole, stance.leg))
     warnings = [Finding("sole", "both feet", doubt, "warning") for doubt in doubts]
     return sole, [Finding("sole", "both feet", text, how), *warnings]
 
 
-def _other_choices(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
+def _other_choices(face: Rectangle, origin: Array, taken: Sole, leg: float) -> list[str]:
     """Say which other rectangles there are, where the one taken leaves out much of the foot."""
     shown, own = [], np.array([taken.toe, taken.heel, taken.left, taken.right])
     for name, other in face.others:
@@ -260,7 +263,7 @@ def _other_choices(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
         except RobotError:
             continue
         edges = _inward(sole)
-        if np.abs(edges - own).max() > _ALIKE:
+        if np.abs(edges - own).max() > _ALIKE * leg:
             shown.append(f"{','.join(f'{edge:g}' for edge in edges)} ({name})")
     if not shown:
         return []
@@ -286,7 +289,7 @@ def _drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) ->
     if given is None or face is None:
         return []
     seen = float(stance.ankles[:, 2].mean() - face.height)
-    if abs(given - seen) <= _MEASURED:
+    if abs(given - seen) <= _MEASURED * stance.leg:
         return []
     text = (
         f"sole_drop is {given * 1e3:.1f} mm as given, but the lower faces of the feet were found "

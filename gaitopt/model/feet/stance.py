@@ -61,6 +61,11 @@ class Stance:
         """Columns forward, left, up in the frame of a foot's joint, shape (3, 3)."""
         return np.asarray(self.places[side].rotation.T)
 
+    @property
+    def leg(self) -> float:
+        """Height of the hips above the ankles [m]."""
+        return float(-self.ankles[:, 2].mean())
+
     def height(self, soles: tuple[pin.SE3, pin.SE3]) -> float:
         """Return that of the ankles above soles placed in the frames of the last joints [m]."""
         under = [

@@ -13,12 +13,13 @@ from gaitopt.model.import_options import AXES, Axis
 from gaitopt.model.legs.kinematic_tree import PosedModel
 from gaitopt.model.legs.leg_detection import axes_apart
 from gaitopt.model.legs.leg_geometry import common_point, find_knee, hip_and_ankle
+from gaitopt.model.scales import REACH
 from gaitopt.nlp import Array
 
 _SNAP = 1e-3  # rad: a hip line this close to an axis of the root link is that axis
 _ASKEW = 0.5  # rad: and one this close if the axes of the legs mirror better in that one
 _LONGER = 1.25  # a foot is clearly longer ahead of the ankle if by this factor
-_NARROW = 1e-4  # m
+_NARROW = 1e-4 / REACH  # of the distance from hip to ankle
 
 
 @dataclass(frozen=True)
@@ -137,15 +138,16 @@ def axis_vector(axis: Axis) -> Array:
 
 
 def _hip_line(legs: tuple[LegLines, LegLines], up: Array) -> Array:
+    narrow = _NARROW * float(np.linalg.norm(legs[0].hip - legs[0].ankle))
     for line in (legs[1].hip - legs[0].hip, legs[1].ankle - legs[0].ankle):
         level = line - (line @ up) * up
-        if (size := float(np.linalg.norm(level))) > _NARROW:
+        if (size := float(np.linalg.norm(level))) > narrow:
             unit = level / size
             near = [np.array(a) for a in AXES.values() if unit @ np.array(a) > np.cos(_ASKEW)]
             return near[0] if near and _squarer(legs, near[0], unit) else np.asarray(unit)
     raise RobotError(
         "neither the hips nor the ankles of the two legs are beside each other: at the reference "
-        f"posture both pairs lie less than {1e3 * _NARROW:g} mm apart to the side; correct the "
+        f"posture both pairs lie less than {1e3 * narrow:.2g} mm apart to the side; correct the "
         "places of the hips, or give a posture that spreads the legs (posture, in the file for "
         "--choices)"
     )

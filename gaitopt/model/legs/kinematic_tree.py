@@ -71,6 +71,11 @@ class PosedModel:
                 axes[joint] = J[3:, at.idx_v]
         return axes
 
+    @property
+    def size(self) -> float:
+        """Diagonal of the box about its joints [m]."""
+        return float(np.linalg.norm(np.ptp(self.points[1:], axis=0)))
+
     @cached_property
     def points(self) -> Array:
         """Points of the joints in the root link [m], shape (njoints, 3).

@@ -32,25 +32,26 @@ from gaitopt.model.legs.kinematic_tree import (
     unit,
 )
 from gaitopt.model.legs.leg_geometry import NEEDED_JOINTS, hip_and_ankle, missing_joints
+from gaitopt.model.scales import REACH
 from gaitopt.nlp import Array
 
 LEG_LENGTHS = (6, 5, 7, 4)
 """Numbers of joints that a leg may have, the most usual first."""
-SAME_HEIGHT = 0.02  # m: feet of a standing robot may differ by this much at its reference posture
+_SAME_HEIGHT = 0.02  # of the robot: feet of a standing one differ by less at its posture
 SIDE_WORDS = {
     "right": re.compile(r"(?i:right)|(?<![a-zA-Z])[rR](?![a-zA-Z])|^R(?=[A-Z])"),
     "left": re.compile(r"(?i:left)|(?<![a-zA-Z])[lL](?![a-zA-Z])|^L(?=[A-Z])"),
 }
 """What a name says about the side it is on."""
 
-_SAME_PLACE = 1e-2  # m: legs whose joints differ by more are not averaged by anyone
+_SAME_PLACE = 0.01  # of the robot: legs whose joints differ by more are not averaged by anyone
 _SAME_ANGLE = 1e-3  # rad: mirrored joints stand at angles of one size
 _PARALLEL = 2e-2  # rad: lines between mirrored joints
 _NEARLY_MIRRORED = 0.25  # of the chains' length: what differs more is no pair without names
 _FAULTS = 2  # joints: chains that differ at more are two arms of one kind rather than two legs
 _MOST_SHARED = 3  # joints: chains that share more branch off a hand, not off a pelvis
 _DOWNWARDS = 0.7  # cosine: from the hips a leg goes down
-_TOE = 0.03  # m: a joint whose line passes this far ahead of the ankle, and not below, bends toes
+_TOE = 0.03 / REACH  # of the leg: a joint whose line is so far ahead of the ankle's bends toes
 _TOE_PARALLEL = 0.5  # sine: the toes' line and that of the ankle's pitch joint are nearly parallel
 _TOE_SLOPE = 0.5  # of the height by which it is below: how far the toes' line is ahead at least
 _FOOT = 1.0 / 3.0  # of the leg: from the ankle to the toes is less
@@ -249,7 +250,7 @@ def mirror_normal(posed: PosedModel, legs: Sequence[Sequence[int]]) -> Array | N
     middles = (first + other) @ normal / 2.0
     skew = np.linalg.norm(np.cross(gaps, normal), axis=1)
     parallel = np.all(skew <= _PARALLEL * np.linalg.norm(gaps, axis=1))
-    return normal if parallel and np.ptp(middles) <= _SAME_PLACE and normal.any() else None
+    return normal if parallel and np.ptp(middles) <= _SAME_PLACE * posed.size and normal.any() else None
 
 
 def axes_apart(first: Array, other: Array, normal: Array) -> float:
@@ -316,7 +317,7 @@ def _mirror_fault(posed: PosedModel, legs: tuple[list[int], list[int]]) -> Unequ
         row = int((bends > _SAME_ANGLE).argmax())
         return UnequalPair(legs, row, True, float(bends[row]))
     gaps = _mirror_gaps(posed, legs)
-    wrong = gaps > _SAME_PLACE
+    wrong = gaps > _SAME_PLACE * posed.size
     if not 0 < wrong.sum() <= _FAULTS:
         return None
     row = int(wrong.argmax())
@@ -332,11 +333,12 @@ def _mirror_gaps(posed: PosedModel, legs: tuple[list[int], list[int]]) -> Array:
     first, other = (posed.points[leg] for leg in legs)
     gap, steps = first[0] - other[0], [np.diff(points, axis=0) for points in (first, other)]
     found: list[Array] = []
+    most = _SAME_PLACE * posed.size
     for normal in (unit(gap), *np.eye(3)):
         mirrored = steps[1] - 2.0 * np.outer(steps[1] @ normal, normal)
         start = np.linalg.norm(gap - (gap @ normal) * normal)
         found.append(np.r_[start, np.linalg.norm(steps[0] - mirrored, axis=1)])
-    return min(found, key=lambda gaps: (int((gaps > _SAME_PLACE).sum()), float(gaps.sum())))
+    return min(found, key=lambda gaps: (int((gaps > most).sum()), float(gaps.sum())))
 
 
 def _lowest_legs(posed: PosedModel, ends: tuple[int, int], up: Array, *, named: bool) -> LegPair:
@@ -356,7 +358,8 @@ def _lowest_pair(posed: PosedModel, up: Array) -> tuple[int, int] | None:
     if not posed.leaves:
         return None
     first = min(posed.leaves, key=lambda j: float(heights[j]))
-    level = [j for j in posed.leaves if j != first and heights[j] - heights[first] < SAME_HEIGHT]
+    near = _SAME_HEIGHT * posed.size
+    level = [j for j in posed.leaves if j != first and heights[j] - heights[first] < near]
     return (first, max(level, key=lambda j: _likeness(posed, first, j, up))) if level else None
 
 
@@ -430,7 +433,7 @@ def _is_toe(posed: PosedModel, leg: list[int], up: Array) -> bool:
             ahead, below = float(np.linalg.norm(_across(gap, up))), abs(float(gap @ up))
             short = bool(np.linalg.norm(gap) < _FOOT * span)
             slope = _TOE_SLOPE if len(leg) > LEG_LENGTHS[0] and short else 1.0
-            return ahead > _TOE and ahead > slope * below and (short or len(leg) >= LEG_LENGTHS[0])
+            return ahead > _TOE * span and ahead > slope * below and (short or len(leg) >= LEG_LENGTHS[0])
     return False
 
 
@@ -549,7 +552,7 @@ def _many_legs(posed: PosedModel, ends: tuple[int, int], up: Array) -> RobotErro
         up: upward axis in the root link, shape (3,).
     """
     heights = posed.points @ up
-    ground = min(heights[j] for j in ends) + SAME_HEIGHT
+    ground = min(heights[j] for j in ends) + _SAME_HEIGHT * posed.size
     low = [j for j in posed.leaves if heights[j] < ground]
     count = len(own_joints(posed.model, *ends))
     feet = [leg[-1] for leg in branches(posed.model, low) if len(leg) == count]

@@ -25,12 +25,13 @@ from gaitopt.model.legs.kinematic_tree import (
     pose_model,
     subtree_centres,
 )
+from gaitopt.model.scales import REACH
 from gaitopt.nlp import Array
 
 ARMS, WAIST = "arms", "waist"
 """Names of groups of joints, beside patterns of joint names."""
 
-_APART = 0.05  # m, and sine of the angle: mirrored lines of a file that is nearly symmetric
+_APART = 0.05  # m below legs of 0.6 m, and sine of the angle: lines of a nearly symmetric file
 
 Pairs = tuple[tuple[int, int], ...]
 
@@ -243,23 +244,26 @@ def _partners(posed: PosedModel, legs: LegJoints, rotation: Array) -> dict[int, 
     The mirror is the plane between the hips.
     """
     model, left = posed.model, rotation[:, 1]
-    middle = (posed.points[legs[0][0]] + posed.points[legs[1][0]]) @ left / 2.0
+    hip, ankle = posed.points[[legs[0][0], legs[0][-1]]]
+    scale = float(np.linalg.norm(hip - ankle)) / REACH
+    points = posed.points / scale
+    middle = (points[legs[0][0]] + points[legs[1][0]]) @ left / 2.0
     partners = {1: 1}
     for right_joint, left_joint in zip(*legs, strict=True):
         partners[right_joint], partners[left_joint] = left_joint, right_joint
-    centres = subtree_centres(model, posed.q)
+    centres = subtree_centres(model, posed.q) / scale
     mirror = np.eye(3) - 2.0 * np.outer(left, left)
     for joint in range(2, model.njoints):
         parent = int(model.parents[joint])
         if joint in partners or parent not in partners or not posed.axes[joint].any():
             continue
-        image, axis = mirror @ posed.points[joint] + 2.0 * middle * left, mirror @ posed.axes[joint]
+        image, axis = mirror @ points[joint] + 2.0 * middle * left, mirror @ posed.axes[joint]
         centre = mirror @ centres[joint] + 2.0 * middle * left
         found = []
         for other in range(2, model.njoints):
             if int(model.parents[other]) != partners[parent] or not posed.axes[other].any():
                 continue
-            if line_gap(image, axis, posed.points[other], posed.axes[other]) < _APART:
+            if line_gap(image, axis, points[other], posed.axes[other]) < _APART:
                 found.append((float(np.linalg.norm(centres[other] - centre)), other))
         if found:
             partners[joint] = min(found)[1]
