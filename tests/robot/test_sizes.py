@@ -66,7 +66,7 @@ ROUND = (
 
 
 def with_round_feet(folder):
-    """The small biped with ellipsoids of 240 x 120 x 40 mm, cut a fifth above their ends, as feet."""
+    """The small biped with ellipsoids of 240 x 120 x 40 mm, cut flat below, as feet."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     ball.apply_scale([0.12, 0.06, 0.02])
     ball.vertices[:, 2] = ball.vertices[:, 2].clip(-0.016)

@@ -121,13 +121,12 @@ class Rectangle:
         return sole, words if lost > _DIFFERENT * (self.toe - self.heel) else ()
 
 
-def find_sole(
-    shape: FootShape, upright: Array, ankle: Array, leg: float = REACH
-) -> FoundSole:
+def find_sole(shape: FootShape, upright: Array, ankle: Array, leg: float = REACH) -> FoundSole:
     """Find the largest rectangle in the flat part under a foot.
 
     The flat part is the convex hull of all points less than 1 % of the foot's length above the
-    lowest one; toes and heels that curve up are not part of it. The rectangle has its edges along x and y.
+    lowest one; toes and heels that curve up are not part of it. The rectangle has its edges along x
+    and y.
 
     Args:
         shape: of the foot.

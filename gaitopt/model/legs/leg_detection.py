@@ -250,7 +250,8 @@ def mirror_normal(posed: PosedModel, legs: Sequence[Sequence[int]]) -> Array | N
     middles = (first + other) @ normal / 2.0
     skew = np.linalg.norm(np.cross(gaps, normal), axis=1)
     parallel = np.all(skew <= _PARALLEL * np.linalg.norm(gaps, axis=1))
-    return normal if parallel and np.ptp(middles) <= _SAME_PLACE * posed.size and normal.any() else None
+    halved = np.ptp(middles) <= _SAME_PLACE * posed.size
+    return normal if parallel and halved and normal.any() else None
 
 
 def axes_apart(first: Array, other: Array, normal: Array) -> float:
@@ -433,7 +434,8 @@ def _is_toe(posed: PosedModel, leg: list[int], up: Array) -> bool:
             ahead, below = float(np.linalg.norm(_across(gap, up))), abs(float(gap @ up))
             short = bool(np.linalg.norm(gap) < _FOOT * span)
             slope = _TOE_SLOPE if len(leg) > LEG_LENGTHS[0] and short else 1.0
-            return ahead > _TOE * span and ahead > slope * below and (short or len(leg) >= LEG_LENGTHS[0])
+            least = max(_TOE * span, slope * below)
+            return ahead > least and (short or len(leg) >= LEG_LENGTHS[0])
     return False
 
 
