@@ -20,7 +20,7 @@ from tables import table
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, attempt
+from gaitopt.design.pipeline import Design, Search, attempt
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import GaitoptError
@@ -152,7 +152,7 @@ def iterations(quick: bool) -> Iterator[dict[str, Any]]:
         for kind, begin in (("flat", None), ("toe", BEGIN)):
             task = standard_task(speed=speed, duration=0.5, toe_off=begin)
             problem = WalkProblem(robot, task)
-            found = attempt(problem, DesignOptions(), first_guess(problem))
+            found = attempt(problem, Search(), first_guess(problem))
             counts[kind] = {"iterations": found.iterations, "status": found.status.name.lower()}
         yield {"speed": speed, **counts}
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from common import arguments, reference_task, robot_of, save
 
-from gaitopt.design.options import SIGMA, DesignOptions
-from gaitopt.design.pipeline import is_walk
+from gaitopt.design.options import SIGMA
+from gaitopt.design.pipeline import Search, is_walk
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.gait.initial_guess import first_guess
@@ -26,11 +26,11 @@ NOISY = 4
 def run(robot: Robot, speed: float) -> dict[str, Any]:
     """Make all starts at one speed."""
     problem = WalkProblem(robot, reference_task(speed=speed))
-    job = StartJob(robot, problem.task, DesignOptions(), first_guess(problem), SIGMA, seed=0)
+    job = StartJob(robot, problem.task, first_guess(problem), SIGMA, seed=0)
     costs, seconds = [], []
     for number in range(2 + NOISY):
         started = time.process_time()
-        outcome = job.run(number)
+        outcome = job.run(number, Search())
         costs.append(outcome.solution.cost if outcome.walks else None)
         seconds.append(time.process_time() - started)
     noise = costs[:SECOND] + costs[SECOND + 1 :]

@@ -24,7 +24,7 @@ from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.dataclass import dataclass
 from gaitopt.design.audit import problem_of
 from gaitopt.design.options import COUNT, DesignOptions
-from gaitopt.design.pipeline import complete
+from gaitopt.design.pipeline import Search, complete
 from gaitopt.design.refinement import refine
 from gaitopt.design.robot_changes import Anatomy
 from gaitopt.design.sensitivity import Envelope, untold
@@ -603,7 +603,7 @@ class WarmWalks:
             problem = WalkProblem(*walk, known.grid)
             solver = SQP(tolerance=_INNER)
             found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
-            yield complete(problem, found, self.options, stop=self.stop).gait
+            yield complete(problem, found, Search(self.options, stop=self.stop)).gait
 
 
 def _multipliers(gait: Gait) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from gaitopt.design.certificate import worst_rows
 from gaitopt.design.known_walk import gone_on, parameters_of
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, attempt, complete, finished, is_walk, versions
+from gaitopt.design.pipeline import Design, Search, attempt, complete, finished, is_walk, versions
 from gaitopt.errors import (
     EvaluationError,
     InputError,
@@ -28,7 +28,7 @@ from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
+from gaitopt.nlp import Array, Solution, Status, Stop, never
 
 if TYPE_CHECKING:  # most designs need no diagnosis: it is loaded when one does
     from gaitopt.design.diagnosis import Diagnosis
@@ -57,14 +57,15 @@ def design(
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
         StoppedError: `stop` said so before there was a walk.
     """
-    task, options = task or preset_task(robot=robot), options or DesignOptions()
-    problem, multipliers = WalkProblem(robot, task), None
-    x = guess(problem, options, stop) if start is None else checked_start(problem, start)
+    problem, multipliers = WalkProblem(robot, task or preset_task(robot=robot)), None
+    search = Search(options or DesignOptions(), on_progress, stop)
+    x = _guess(problem, search) if start is None else checked_start(problem, start)
     if isinstance(start, Gait):
         problem, multipliers = gone_on(problem, start)
-    callback = None if on_progress is None else on_progress(problem)
-    solution = search(problem, options, x, callback, stop, multipliers)
-    return complete(problem, solution, options, on_progress, stop)
+    solution = attempt(problem, search, x, multipliers)
+    if not is_walk(solution):
+        solution = walk_after_diagnosis(problem, [solution], search)
+    return complete(problem, solution, search)
 
 
 def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
@@ -92,7 +93,7 @@ def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
     return x
 
 
-def guess(problem: WalkProblem, options: DesignOptions, stop: Stop = never) -> Array:
+def _guess(problem: WalkProblem, search: Search) -> Array:
     """Return the first guess (P,), or the walk that a diagnosis finds where there is none.
 
     Raises:
@@ -101,42 +102,21 @@ def guess(problem: WalkProblem, options: DesignOptions, stop: Stop = never) -> A
     try:
         return first_guess(problem)
     except UnreachableError as error:
-        diagnosis = _diagnosis(problem, [], options, stop)
+        diagnosis = _diagnosis(problem, [], search)
         if diagnosis is None or diagnosis.gait is None:
             raise UnreachableError(str(error), diagnosis) from error
         return diagnosis.gait
 
 
-def search(
-    problem: WalkProblem,
-    options: DesignOptions,
-    x: Array,
-    callback: ProgressCallback | None,
-    stop: Stop = never,
-    multipliers: Array | None = None,
-) -> Solution:
-    """Solve from x (P,), once more from the walk that a diagnosis finds; raise if none is."""
-    solution = attempt(problem, options, x, callback, stop, multipliers)
-    if is_walk(solution):
-        return solution
-    return walk_after_diagnosis(problem, [solution], options, callback, stop)
-
-
 def walk_after_diagnosis(
-    problem: WalkProblem,
-    tried: Sequence[Solution],
-    options: DesignOptions,
-    callback: ProgressCallback | None,
-    stop: Stop = never,
+    problem: WalkProblem, tried: Sequence[Solution], search: Search
 ) -> Solution:
     """Return the walk that a diagnosis leads to where solvers found none; raise if there is none.
 
     Args:
         problem: the walk.
         tried: what solvers made of it, none of them a walk.
-        options: how it was searched for.
-        callback: told of iterations.
-        stop: ends the diagnosis.
+        search: how it was searched for; stopped, it ends the diagnosis.
 
     Raises:
         NoGaitFoundError: with the diagnosis.
@@ -145,42 +125,39 @@ def walk_after_diagnosis(
     solution = min(tried, key=lambda s: s.violation if np.isfinite(s.violation) else np.inf)
     if any(one.status is Status.INTERRUPTED for one in tried):
         raise StoppedError(solution)
-    diagnosis = _diagnosis(problem, tried, options, stop)
+    diagnosis = _diagnosis(problem, tried, search)
     if diagnosis is not None and diagnosis.gait is not None:
         from gaitopt.design.diagnosis import following
 
-        second = attempt(problem, following(options), diagnosis.gait, callback, stop)
+        then = replace(search, options=following(search.options))
+        second = attempt(problem, then, diagnosis.gait)
         if is_walk(second):
             return second
-        if stop():
+        if search.stop():
             raise StoppedError(second)
-        diagnosis = _with_another_solver(problem, diagnosis, options, stop)
+        diagnosis = _with_another_solver(problem, diagnosis, search)
     raise NoGaitFoundError(_refusal(problem, solution), solution, diagnosis)
 
 
-def _diagnosis(
-    problem: WalkProblem, tried: Sequence[Solution], options: DesignOptions, stop: Stop
-) -> Diagnosis | None:
+def _diagnosis(problem: WalkProblem, tried: Sequence[Solution], search: Search) -> Diagnosis | None:
     """Return a diagnosis, unless it is not wanted or cannot be made."""
-    if not options.diagnose:
+    if not search.options.diagnose:
         return None
     from gaitopt.design.diagnosis import diagnose
 
     try:
-        return diagnose(problem, tried, options, stop)
+        return diagnose(problem, tried, search.options, search.stop)
     except UnreachableError:
         return None
 
 
-def _with_another_solver(
-    problem: WalkProblem, diagnosis: Diagnosis, options: DesignOptions, stop: Stop
-) -> Diagnosis:
+def _with_another_solver(problem: WalkProblem, diagnosis: Diagnosis, search: Search) -> Diagnosis:
     """Return the diagnosis of a walk that exists with what finds it, if anything does."""
     from gaitopt.design.diagnosis import Suggestion, followed, following
 
-    usual = following(replace(options, solver=DesignOptions().solver, differences="none"))
+    usual = following(replace(search.options, solver=DesignOptions().solver, differences="none"))
     x = diagnosis.gait
-    found = None if x is None else followed(problem.robot, problem.task, x, usual, stop)
+    found = None if x is None else followed(problem.robot, problem.task, x, usual, search.stop)
     if x is None or found is None:
         return diagnosis
     words = "the default solver, started from the walk that the diagnosis found,"

@@ -34,7 +34,7 @@ from gaitopt.design.conflict import (
 )
 from gaitopt.design.known_walk import gone_on
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, attempt, begins_relaxed, complete, is_walk
+from gaitopt.design.pipeline import Design, Search, attempt, begins_relaxed, complete, is_walk
 from gaitopt.design.relaxation import (
     Adjustment,
     EarlyStopping,
@@ -246,12 +246,13 @@ def _proven(
         StoppedError: `stop` said so.
     """
     try:
-        solution = attempt(problem, options, x, None, stop, multipliers)
+        search = Search(options, stop=stop)
+        solution = attempt(problem, search, x, multipliers)
         if stop():
             raise StoppedError(solution)
         if not is_walk(solution) or solution.status is Status.ITERATION_LIMIT:
             return None
-        found = complete(problem, solution, options, stop=stop)
+        found = complete(problem, solution, search)
     except EvaluationError:
         return None
     if stop():

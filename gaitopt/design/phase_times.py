@@ -14,7 +14,7 @@ from typing import Any
 from gaitopt.dataclass import dataclass
 from gaitopt.design.design import checked_start
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, attempt, is_walk, landed_softly
+from gaitopt.design.pipeline import Design, Search, attempt, is_walk, landed_softly
 from gaitopt.errors import GaitoptError, InputError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
@@ -173,33 +173,30 @@ def walks_at_best_times(
     Raises:
         UnreachableError: the step asked for is longer than the legs.
     """
-    near = replace(options, approach="direct", differences="none")
+    search = Search(options, stop=stop)
+    near = search.changed(approach="direct", differences="none")
     problem, names = WalkProblem(robot, task), searched_times(task, options)
-    walks = filter(is_walk, _first_walks(problem, options, near, start, stop))
-    found = [_moved(problem, walk, names, near, stop) for walk in walks]
+    walks = filter(is_walk, _first_walks(problem, search, near, start))
+    found = [_moved(problem, walk, names, near) for walk in walks]
     found.sort(key=lambda f: f[1].cost)
     return [(timing, walk.x) for timing, walk in found] or [(task, start)]
 
 
 def _moved(
-    problem: WalkProblem,
-    walk: Solution,
-    names: tuple[str, ...],
-    options: DesignOptions,
-    stop: Stop,
+    problem: WalkProblem, walk: Solution, names: tuple[str, ...], search: Search
 ) -> tuple[Task, Solution]:
     """Move the times of a walk one after the other, as long as its cost falls."""
     # a walk whose impulse vanishes stays one that lands at zero speed: each other crawls
-    problem, walk = landed_softly(problem, walk, options, stop)
+    problem, walk = landed_softly(problem, walk, search)
     task, robot = problem.task, problem.robot
     tried = {tuple(times_of(task, names).values()): walk}
     for name, way in _ways(names):
-        while not stop():
+        while not search.stop():
             trial = _after(task, name, way)
             key = () if trial is None else tuple(times_of(trial, names).values())
             if trial is None or key in tried:
                 break
-            found = attempt(WalkProblem(robot, trial), options, walk.x, None, stop)
+            found = attempt(WalkProblem(robot, trial), search, walk.x)
             tried[key] = found
             if not (is_walk(found) and found.cost < walk.cost):
                 break
@@ -226,21 +223,17 @@ def _after(task: Task, name: str, way: float) -> Task | None:
 
 
 def _first_walks(
-    problem: WalkProblem,
-    options: DesignOptions,
-    near: DesignOptions,
-    start: Array | None,
-    stop: Stop,
+    problem: WalkProblem, search: Search, near: Search, start: Array | None
 ) -> Iterator[Solution]:
     """Yield walks from the start, or from the usual guess and from a slower walk."""
     x = first_guess(problem) if start is None else start
-    yield attempt(problem, options, x, None, stop)
-    if start is not None or stop() or problem.task.in_place:
+    yield attempt(problem, search, x)
+    if start is not None or search.stop() or problem.task.in_place:
         return
     slower = WalkProblem(problem.robot, problem.task.at_share_of_speed(SLOWER))
-    found = attempt(slower, options, first_guess(slower), None, stop)
+    found = attempt(slower, search, first_guess(slower))
     if is_walk(found):
-        yield attempt(problem, near, found.x, None, stop)
+        yield attempt(problem, near, found.x)
 
 
 _WORDS = {

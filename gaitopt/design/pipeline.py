@@ -14,7 +14,8 @@ where there is room for one (docs/decisions/landing.md).
 from __future__ import annotations
 
 import platform
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import field, replace
 
 import numpy as np
 import pinocchio as pin
@@ -93,54 +94,74 @@ class Design:
         return not self.proven, self.solution.cost
 
 
+@dataclass(frozen=True)
+class Search:
+    """How walks are searched for, who is told of it, and what ends it.
+
+    Attributes:
+        options: solver, refinement, approach, kind of derivatives.
+        on_progress: makes the progress callback of a walk; None: nobody is told.
+        stop: asked at every iteration; where it says True, the best walk until then is kept.
+    """
+
+    options: DesignOptions = field(default_factory=DesignOptions)
+    on_progress: MakeProgress | None = None
+    stop: Stop = never
+
+    def changed(self, **options: object) -> Search:
+        """Return the same search with other options."""
+        return replace(self, options=replace(self.options, **options))  # type: ignore[arg-type]
+
+    @property
+    def quiet(self) -> Search:
+        """The same of which nobody is told."""
+        return replace(self, on_progress=None)
+
+    def callback(self, problem: WalkProblem) -> ProgressCallback | None:
+        """Return the progress callback of a walk."""
+        return None if self.on_progress is None else self.on_progress(problem)
+
+
+_Solve = Callable[[WalkProblem, Start], Solution]
+
+
 def attempt(
-    problem: WalkProblem,
-    options: DesignOptions,
-    x: Array,
-    callback: ProgressCallback | None = None,
-    stop: Stop = never,
-    multipliers: Array | None = None,
+    problem: WalkProblem, search: Search, x: Array, multipliers: Array | None = None
 ) -> Solution:
     """Solve from a first guess by the approach of the options, walk or not.
 
     With multipliers (m,) it is no guess but a walk that is known, and solved directly.
     """
+    options, callback = search.options, search.callback(problem)
+
+    def solve(walk: WalkProblem, start: Start) -> Solution:
+        solver = options.solver.first_stage
+        return solver.solve(derived(walk, options), start, callback, stopping(search.stop))
+
     if problem.schedule.striking and multipliers is None:
-        return _struck_walk(problem, options, x, callback, stop)
-    solver, nlp = options.solver.first_stage, derived(problem, options)
+        return _struck_walk(problem, x, solve)
     if multipliers is not None or not begins_relaxed(problem.task, options):
-        return solver.solve(nlp, Start(x, multipliers), callback, stopping(stop))
-    start, spent = _relaxed_walk(problem, options, x, callback, stop)
+        return solve(problem, Start(x, multipliers))
+    start, spent = _relaxed_walk(problem, x, solve)
     if spent.status is Status.INTERRUPTED:
         return replace(spent, cost=np.nan, violation=np.inf)  # of another walk
-    return with_work(solver.solve(nlp, start, callback, stopping(stop)), spent)
+    return with_work(solve(problem, start), spent)
 
 
-def _struck_walk(
-    problem: WalkProblem,
-    options: DesignOptions,
-    x: Array,
-    callback: ProgressCallback | None,
-    stop: Stop,
-) -> Solution:
+def _struck_walk(problem: WalkProblem, x: Array, solve: _Solve) -> Solution:
     """Solve a walk whose double support begins with an impact, from one that touches down gently.
 
     Where there is no impact that both feet could take, that walk, as one that has stalled.
     """
-    solver, easier = options.solver.first_stage, gentle(problem)
-    found = solver.solve(
-        derived(easier, options), Start(carried_over(x, problem, easier)), callback, stopping(stop)
-    )
+    easier = gentle(problem)
+    found = solve(easier, Start(carried_over(x, problem, easier)))
     if found.status is Status.INTERRUPTED:
         return replace(found, cost=np.nan, violation=np.inf)  # of another walk
     if not is_walk(found):
-        return with_work(
-            solver.solve(derived(problem, options), Start(x), callback, stopping(stop)), found
-        )
+        return with_work(solve(problem, Start(x)), found)
     y = carried_over(found.x, easier, problem)
     if impact_possible(problem, y):
-        nlp = derived(problem, options)
-        return with_work(solver.solve(nlp, Start(y), callback, stopping(stop)), found)
+        return with_work(solve(problem, Start(y)), found)
     none = np.zeros(problem.rows.lower.size), np.zeros(y.size)
     return replace(
         found, x=y, status=Status.STALLED, multipliers=none[0], bound_multipliers=none[1],
@@ -162,21 +183,12 @@ def is_walk(solution: Solution) -> bool:
     return bool(np.isfinite(solution.cost)) and solution.violation <= FEASIBLE
 
 
-def _relaxed_walk(
-    problem: WalkProblem,
-    options: DesignOptions,
-    x: Array,
-    callback: ProgressCallback | None,
-    stop: Stop,
-) -> tuple[Start, Solution]:
+def _relaxed_walk(problem: WalkProblem, x: Array, solve: _Solve) -> tuple[Start, Solution]:
     """Return where the relaxed walk leads to, and the work it took."""
     margins = replace(
         problem.task.margins, liftoff_speed=RELAXED_LIFTOFF * problem.robot.scales.speed
     )
-    easier = problem.with_task(replace(problem.task, margins=margins))
-    found = options.solver.first_stage.solve(
-        derived(easier, options), Start(x), callback, stopping(stop)
-    )
+    found = solve(problem.with_task(replace(problem.task, margins=margins)), Start(x))
     if not (is_walk(found) or found.status is Status.OPTIMAL):  # roughly, if that was asked for
         return Start(x), found
     return Start(found.x, found.multipliers), found
@@ -189,33 +201,21 @@ def derived(problem: WalkProblem, options: DesignOptions) -> NLP:
     return FiniteDifferenceNLP(problem, cost_gradient_only=options.differences == "constraints")
 
 
-def complete(
-    problem: WalkProblem,
-    solution: Solution,
-    options: DesignOptions,
-    on_progress: MakeProgress | None = None,
-    stop: Stop = never,
-) -> Design:
+def complete(problem: WalkProblem, solution: Solution, search: Search) -> Design:
     """Refine, confirm and certify a walk.
 
     Args:
         problem, solution: the walk on the task's samples, solved.
-        options: solver and refinement.
-        on_progress: makes the progress callback of a walk.
-        stop: where it says True, the best walk until then is returned as it is.
+        search: solver and refinement.
 
     Raises:
         EvaluationError: the walk is not defined between its samples.
     """
-    return finished(*polished(problem, solution, options, on_progress, stop))
+    return finished(*polished(problem, solution, search))
 
 
 def polished(
-    problem: WalkProblem,
-    solution: Solution,
-    options: DesignOptions,
-    on_progress: MakeProgress | None = None,
-    stop: Stop = never,
+    problem: WalkProblem, solution: Solution, search: Search
 ) -> tuple[WalkProblem, Solution, bool, WalkProblem]:
     """Refine and confirm a walk; as `complete`.
 
@@ -223,18 +223,19 @@ def polished(
         What `finished` takes: the walk on its final grid, its solution, whether it was refined, the
         walk on the certificate's grid.
     """
-    problem, solution = landed_softly(problem, solution, options, stop)
-    fine = on_fine_grid(problem)
+    problem, solution = landed_softly(problem, solution, search)
+    fine, options = on_fine_grid(problem), search.options
+    told = search.on_progress, search.stop
     if options.refine:
         first = options.solver.first_stage.limited(ROUND)
-        problem, solution = refine(problem, solution, first, on_progress, stop, fine=fine)
-    callback = None if on_progress is None else on_progress(problem)
-    confirmed = options.solver.confirm(problem, solution, callback, stopping(stop))
+        problem, solution = refine(problem, solution, first, *told, fine=fine)
+    ends = stopping(search.stop)
+    confirmed = options.solver.confirm(problem, solution, search.callback(problem), ends)
     if options.refine and _lets_go(fine, solution, confirmed):
         # A row that hardly presses is not held by Newton's method, which then passes it between
         # the samples: hold it there too.
-        finer, again = refine(problem, confirmed, first, on_progress, stop, fine=fine)
-        again = options.solver.confirm(finer, again, None, stopping(stop))
+        finer, again = refine(problem, confirmed, first, *told, fine=fine)
+        again = options.solver.confirm(finer, again, None, ends)
         if _lets_go(fine, solution, again):
             return problem, replace(with_work(solution, again), solver=UNCONFIRMED), True, fine
         problem, confirmed = finer, again
@@ -272,7 +273,7 @@ def without_impact(problem: WalkProblem) -> WalkProblem:
 
 
 def landed_softly(
-    problem: WalkProblem, solution: Solution, options: DesignOptions, stop: Stop
+    problem: WalkProblem, solution: Solution, search: Search
 ) -> tuple[WalkProblem, Solution]:
     """Return a walk whose impulse vanishes as one that lands at zero speed, itself otherwise.
 
@@ -284,7 +285,7 @@ def landed_softly(
     softly, x = without_impact(problem), solution.x
     if problem.schedule.striking:
         x = carried_over(x, problem, softly)
-    found = attempt(softly, replace(options, approach="direct"), x, None, stop)
+    found = attempt(softly, search.quiet.changed(approach="direct"), x)
     if not is_walk(found) or found.cost > SOFTER * solution.cost:
         return problem, solution
     return softly, with_work(found, solution)

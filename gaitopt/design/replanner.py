@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, attempt, complete, derived, is_walk
+from gaitopt.design.pipeline import Design, Search, attempt, complete, derived, is_walk
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, resized
@@ -73,7 +73,7 @@ class Plan:
             InputError: there is none.
             EvaluationError: the walk is not defined between its samples.
         """
-        return complete(self.problem, self._walk(), options or DesignOptions(), stop=stop)
+        return complete(self.problem, self._walk(), Search(options or DesignOptions(), stop=stop))
 
     def _walk(self) -> Solution:
         if self.solution is None or not self.answered:
@@ -173,7 +173,7 @@ class Replanner:
 
     def _solved(self, problem: WalkProblem, begin: Start, ends: Stop) -> Solution:
         if begin.multipliers is None and self.last is None:
-            return attempt(problem, self.options, begin.x, stop=ends)
+            return attempt(problem, Search(self.options, stop=ends), begin.x)
         solver = self.options.solver.first_stage.near_solution()
         return solver.solve(derived(problem, self.options), begin, stop=stopping(ends))
 

@@ -21,6 +21,7 @@ from gaitopt.design.design import Design, checked_start, design, finished, walk_
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.design.phase_times import SLOWER, best_times, searched_times
 from gaitopt.design.pipeline import (
+    Search,
     attempt,
     complete,
     impulse_vanishes,
@@ -166,13 +167,13 @@ def many_starts(
     except UnreachableError:
         found = design(robot, task, options, on_progress=on_progress, stop=stop)
         return StartsReport(found, (), (), count)
-    job = StartJob(robot, task, replace(options, differences="none"), x, sigma, seed)
-    outcomes = _gathered(
-        outcomes_of(job, count, min(workers, count), on_progress, stop), on_outcome
-    )
+    search = Search(options, on_progress, stop)
+    exactly = search.changed(differences="none")
+    job = StartJob(robot, task, x, sigma, seed)
+    outcomes = _gathered(outcomes_of(job, count, min(workers, count), exactly), on_outcome)
 
     def another(make: MakeOutcome) -> list[Outcome]:
-        made = make(len(outcomes), on_progress, stop)
+        made = make(len(outcomes), exactly)
         more = [] if made is None else _gathered(iter([made]), on_outcome)
         outcomes.extend(more)
         return more
@@ -187,15 +188,15 @@ def many_starts(
             raise StoppedError(None if best is None else best.solution)
         found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
     elif best is not None and walks:
-        found = _completed(problem, best.solution, options, on_progress, stop)
+        found = _completed(problem, best.solution, search)
         for make in (job.from_faster, job.run) if len(outcomes) == count > 1 else ():
             if not (found.certificate.optimal or stop()):
                 for one in another(make):
-                    found = _better(found, problem, one, options, on_progress, stop)
+                    found = _better(found, problem, one, search)
     else:
         tried = [outcome.solution for outcome in outcomes]
-        solution = walk_after_diagnosis(problem, tried, options, None, stop)
-        found = _completed(problem, solution, options, on_progress, stop)
+        solution = walk_after_diagnosis(problem, tried, search.quiet)
+        found = _completed(problem, solution, search)
     optima = _with_motors(_distinct(outcomes, problem), problem)
     report = StartsReport(found, optima, tuple(outcomes), count)
     gait = replace(found.gait, meta={**found.gait.meta, "optima": report.record()["optima"]})
@@ -312,58 +313,40 @@ def _check(count: int, seed: int, sigma: float, workers: int) -> None:
         raise InputError(f"sigma is {sigma} rad; it must be a finite number, not negative")
 
 
-def _completed(
-    problem: WalkProblem,
-    solution: Solution,
-    options: DesignOptions,
-    on_progress: MakeProgress | None,
-    stop: Stop,
-) -> Design:
+def _completed(problem: WalkProblem, solution: Solution, search: Search) -> Design:
     """Return the design of a start's walk; one that is not yet optimal is solved once more."""
-    if impulse_vanishes(problem, solution) and options.differences == "none":
-        return _without_impact(problem, solution, options, on_progress, stop)
-    if solution.status is Status.OPTIMAL and options.differences == "none":
-        return complete(problem, solution, options, on_progress, stop)
-    direct = replace(options, approach="direct")
+    exact = search.options.differences == "none"
+    if impulse_vanishes(problem, solution) and exact:
+        return _without_impact(problem, solution, search)
+    if solution.status is Status.OPTIMAL and exact:
+        return complete(problem, solution, search)
     return design(
-        problem.robot, problem.task, direct,
-        start=solution.x, on_progress=on_progress, stop=stop,
+        problem.robot, problem.task, replace(search.options, approach="direct"),
+        start=solution.x, on_progress=search.on_progress, stop=search.stop,
     )  # fmt: skip
 
 
-def _better(
-    found: Design,
-    problem: WalkProblem,
-    another: Outcome,
-    options: DesignOptions,
-    on_progress: MakeProgress | None,
-    stop: Stop,
-) -> Design:
+def _better(found: Design, problem: WalkProblem, another: Outcome, search: Search) -> Design:
     """Return the design of one more start if it is optimal, where the one found is not."""
     if not another.walks:
         return found
-    other = _completed(problem, another.solution, options, on_progress, stop)
+    other = _completed(problem, another.solution, search)
     return other if other.certificate.optimal else found
 
 
-def _without_impact(
-    problem: WalkProblem,
-    solution: Solution,
-    options: DesignOptions,
-    on_progress: MakeProgress | None,
-    stop: Stop,
-) -> Design:
+def _without_impact(problem: WalkProblem, solution: Solution, search: Search) -> Design:
     """Return a walk that lands at zero speed: from one that all but does, or from its own starts.
 
     Where neither is proven, the former.
     """
-    near = complete(problem, solution, options, on_progress, stop)
-    if near.proven or stop():
+    near = complete(problem, solution, search)
+    if near.proven or search.stop():
         return near
-    task = without_impact(problem).task
-    quiet = replace(options, diagnose=False)
     try:
-        found = many_starts(problem.robot, task, quiet, on_progress=on_progress, stop=stop).design
+        found = many_starts(
+            problem.robot, without_impact(problem).task, replace(search.options, diagnose=False),
+            on_progress=search.on_progress, stop=search.stop,
+        ).design  # fmt: skip
     except GaitoptError:  # there is none, or it was stopped
         return near
     return found if found.proven else near
@@ -418,7 +401,7 @@ def _with_motors(optima: tuple[Optimum, ...], problem: WalkProblem) -> tuple[Opt
     )
 
 
-MakeOutcome = Callable[[int, MakeProgress | None, Stop], Outcome | None]
+MakeOutcome = Callable[[int, Search], Outcome | None]
 
 
 @dataclass(frozen=True)
@@ -427,97 +410,78 @@ class StartJob:
 
     Attributes:
         robot, task: of the walk.
-        options: how every start is made.
         x: the first guess, shape (P,).
         sigma, seed: of the noise on it.
     """
 
     robot: Robot
     task: Task
-    options: DesignOptions
     x: Array
     sigma: float
     seed: int
 
-    def run(
-        self, number: int, on_progress: MakeProgress | None = None, stop: Stop = never
-    ) -> Outcome:
+    def run(self, number: int, search: Search) -> Outcome:
         """Solve from one start.
 
         Args:
             number: of the start.
-            on_progress: makes the progress callback of a walk.
-            stop: asked at every iteration.
+            search: how it is made.
         """
         if number == SECOND:
             easier = self.task.ground.easier()
-            known = (
-                self._on_easier_ground(on_progress, stop)
-                if easier
-                else self._at_share(SLOWER, on_progress, stop)
-            )
+            known = self._on_easier_ground(search) if easier else self._at_share(SLOWER, search)
             if known is not None:
-                return self._from(known, number, on_progress, stop)
+                return self._from(known, number, search)
         problem = WalkProblem(self.robot, self.task)
-        callback = None if on_progress is None else on_progress(problem)
         start = self.x if number == 0 else self._perturbed(problem, number)
-        return Outcome(number, attempt(problem, self.options, start, callback, stop))
+        return Outcome(number, attempt(problem, search, start))
 
-    def from_faster(
-        self, number: int, on_progress: MakeProgress | None = None, stop: Stop = never
-    ) -> Outcome | None:
+    def from_faster(self, number: int, search: Search) -> Outcome | None:
         """Solve from a faster walk; None if there is none, or the walk is no slow one.
 
         Args:
-            number, on_progress, stop: as of `run`.
+            number, search: as of `run`.
         """
         if self.task.pace >= stroll(self.robot):
             return None
-        known = self._at_share(FASTER, on_progress, stop)
-        return None if known is None else self._from(known, number, on_progress, stop)
+        known = self._at_share(FASTER, search)
+        return None if known is None else self._from(known, number, search)
 
-    def _from(
-        self, known: Solution, number: int, on_progress: MakeProgress | None, stop: Stop
-    ) -> Outcome:
+    def _from(self, known: Solution, number: int, search: Search) -> Outcome:
         """Solve from a walk at another speed, whose multipliers are taken along, or ground."""
         if known.status is Status.INTERRUPTED:
             return Outcome(number, replace(known, cost=np.nan, violation=np.inf))  # another walk
-        problem, near = WalkProblem(self.robot, self.task), replace(self.options, approach="direct")
-        callback = None if on_progress is None else on_progress(problem)
+        problem, near = WalkProblem(self.robot, self.task), search.changed(approach="direct")
         same = not self.task.ground.easier() and known.multipliers.size == problem.rows.lower.size
-        found = attempt(problem, near, known.x, callback, stop, known.multipliers if same else None)
+        found = attempt(problem, near, known.x, known.multipliers if same else None)
         return Outcome(number, with_work(found, known))
 
     def _perturbed(self, problem: WalkProblem, number: int) -> Array:
         state = np.random.SeedSequence([self.seed, number]).generate_state(1)
         return perturbed(problem, self.x, self.sigma, int(state[0]))
 
-    def _at_share(
-        self, share: float, on_progress: MakeProgress | None, stop: Stop
-    ) -> Solution | None:
+    def _at_share(self, share: float, search: Search) -> Solution | None:
         """Return a walk at a share of the speed, about the best one there, or None."""
         if self.task.in_place and self.task.turn_rate == 0.0:
             return None
         problem = WalkProblem(self.robot, self.task.at_share_of_speed(share))
-        callback = None if on_progress is None else on_progress(problem)
-        rough = replace(self.options, solver=self.options.solver.roughly())
+        rough = search.changed(solver=search.options.solver.roughly())
         try:
-            solution = attempt(problem, rough, first_guess(problem), callback, stop)
+            solution = attempt(problem, rough, first_guess(problem))
         except UnreachableError:
             return None
         useful = solution.status in (Status.OPTIMAL, Status.INTERRUPTED)
         return solution if useful or is_walk(solution) else None
 
-    def _on_easier_ground(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
+    def _on_easier_ground(self, search: Search) -> Solution | None:
         """Return the walk on the last of the easier grounds, each from the one before, or None."""
         found: Solution | None = None
         for terrain in self.task.ground.easier():
             problem = WalkProblem(self.robot, self.task.on(terrain))
-            callback = None if on_progress is None else on_progress(problem)
-            options = self.options if found is None else replace(self.options, approach="direct")
+            how = search if found is None else search.changed(approach="direct")
             try:
                 start = first_guess(problem) if found is None else found.x
-                solution = attempt(problem, options, start, callback, stop)
+                solution = attempt(problem, how, start)
             except UnreachableError:
                 return None
             if solution.status is Status.INTERRUPTED:
@@ -528,31 +492,25 @@ class StartJob:
         return found
 
 
-def outcomes_of(
-    job: StartJob,
-    count: int,
-    workers: int,
-    on_progress: MakeProgress | None = None,
-    stop: Stop = never,
-) -> Iterator[Outcome]:
-    """Make the starts and yield their outcomes in order, until `stop` says True.
+def outcomes_of(job: StartJob, count: int, workers: int, search: Search) -> Iterator[Outcome]:
+    """Make the starts and yield their outcomes in order, until the search is stopped.
 
     Args:
         job: what is solved.
         count: number of starts.
         workers: processes.
-        on_progress: makes the progress callback of a walk; not called with several processes.
-        stop: asked at every iteration, and ten times a second for other processes, which then
-            yield the best iterates of the starts that they were at.
+        search: how each is made. Several processes tell nobody; they are asked to stop ten times a
+            second, and yield the best iterates of the starts that they were at.
 
     Raises:
         GaitoptError: a worker process died.
     """
+    stop = search.stop
     if workers == 1:
         for number in range(count):
             if number > 0 and stop():
                 return
-            yield job.run(number, on_progress, stop)
+            yield job.run(number, search)
         return
     import multiprocessing  # slow to import, as those below, and most commands do without
     from concurrent.futures import ProcessPoolExecutor, wait
@@ -563,7 +521,9 @@ def outcomes_of(
     complete = False
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(stopped,))
     try:
-        futures = [pool.submit(_run_in_worker, job, number) for number in range(count)]
+        futures = [
+            pool.submit(_run_in_worker, job, search.options, number) for number in range(count)
+        ]
         for future in futures:
             while not (future.done() or stop()):
                 wait([future], timeout=ASKED_EVERY)
@@ -591,6 +551,6 @@ def _begin_worker(stopped: Event) -> None:
     _stopped = stopped
 
 
-def _run_in_worker(job: StartJob, number: int) -> Outcome:
+def _run_in_worker(job: StartJob, options: DesignOptions, number: int) -> Outcome:
     assert _stopped is not None
-    return job.run(number, stop=_stopped.is_set)
+    return job.run(number, Search(options, stop=_stopped.is_set))

@@ -21,7 +21,7 @@ from gaitopt.design.audit import (
 from gaitopt.design.certificate import Certificate, certify, worst_rows
 from gaitopt.design.known_walk import with_instants_of
 from gaitopt.design.options import SIGMA, DesignOptions
-from gaitopt.design.pipeline import attempt, is_walk, polished, proof_record
+from gaitopt.design.pipeline import Search, attempt, is_walk, polished, proof_record
 from gaitopt.design.refinement import with_work
 from gaitopt.errors import (
     EvaluationError,
@@ -135,13 +135,13 @@ def design_transition(
         NoGaitFoundError: no transition was found; more steps or searched durations may do.
         StoppedError: `stop` said so before there was one.
     """
-    options = options or DesignOptions()
+    search = Search(options or DesignOptions(), on_progress, stop)
     problem = transition_problem(
         before, after, steps=steps, durations=durations, shift=shift, stretch=stretch,
         postures=postures, margins=margins,
     )  # fmt: skip
-    solution = _searched(problem, options, on_progress, stop)
-    found, solution, refined, fine = polished(problem, solution, options, on_progress, stop)
+    solution = _searched(problem, search)
+    found, solution, refined, fine = polished(problem, solution, search)
     assert isinstance(found, TransitionProblem)
     certificate = certify_transition(found, solution.x, fine)
     proof = proof_record(solution, certificate, refined)
@@ -496,20 +496,15 @@ def standing_torque(robot: Robot, angles: Array) -> Array:
     return np.asarray(torque[body.moving])
 
 
-def _searched(
-    problem: TransitionProblem,
-    options: DesignOptions,
-    on_progress: MakeProgress | None,
-    stop: Stop,
-) -> Solution:
+def _searched(problem: TransitionProblem, search: Search) -> Solution:
     """Solve from the first guess, first without habits and torsional friction, then with them.
 
     With all limits at once the way from a guess often ends where they contradict each other nearby
     (measured on G1). Where that fails too, other guesses near it are tried.
     """
     guess = transition_guess(problem)
-    callback = None if on_progress is None else on_progress(problem)
-    options = replace(options, solver=options.solver.limited(_ITERATIONS), approach="direct")
+    solver = search.options.solver.limited(_ITERATIONS)
+    how = search.changed(solver=solver, approach="direct")
     margins = problem.task.margins
     loose = {name: None for name in LOOSENED if getattr(margins, name) is not None}
     tried: list[Solution] = []
@@ -517,16 +512,16 @@ def _searched(
         x, spent = guess if number == 0 else perturbed(problem, guess, SIGMA, number), None
         if loose:
             easier = problem.with_task(problem.task.with_margins(loose))
-            spent = attempt(easier, options, x, callback, stop)
+            spent = attempt(easier, how, x)
             x = spent.x if is_walk(spent) else x
         if spent is None or spent.status is not Status.INTERRUPTED:
-            solution = attempt(problem, options, x, callback, stop)
+            solution = attempt(problem, how, x)
             if spent is not None:
                 solution = with_work(solution, spent)
             if is_walk(solution):
                 return solution
             tried.append(solution)
-        if stop():
+        if search.stop():
             raise StoppedError(spent if not tried else tried[-1])
     nearest = min(tried, key=lambda s: s.violation if np.isfinite(s.violation) else np.inf)
     raise NoGaitFoundError(_refusal(problem, nearest), nearest)

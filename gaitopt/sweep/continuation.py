@@ -13,6 +13,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import DIGITS, SAME_PEAK, ActiveRow, active_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Search
 from gaitopt.design.refinement import with_work
 from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
@@ -138,12 +139,13 @@ def cold_walks(scenario: Scenario, options: DesignOptions) -> Iterator[tuple[str
         x = first_guess(WalkProblem(robot, task))
     except UnreachableError:
         return
-    job = StartJob(robot, task, replace(options, diagnose=False), x, sigma=0.0, seed=0)
-    outcomes = [job.run(number) for number in _ORIGINS]
+    search = Search(replace(options, diagnose=False))
+    job = StartJob(robot, task, x, sigma=0.0, seed=0)
+    outcomes = [job.run(number, search) for number in _ORIGINS]
     for one in sorted((o for o in outcomes if o.walks), key=lambda o: o.solution.cost):
         yield _ORIGINS[one.number], one.solution
     for number, sigma in enumerate(NOISE, SECOND + 1):
-        one = replace(job, sigma=sigma).run(number)
+        one = replace(job, sigma=sigma).run(number, search)
         if one.walks:
             yield "disturbed", one.solution
 

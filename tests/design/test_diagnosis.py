@@ -15,7 +15,7 @@ from gaitopt.design.conflict import contradictions
 from gaitopt.design.design import design
 from gaitopt.design.diagnosis import diagnose
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import attempt
+from gaitopt.design.pipeline import Search, attempt
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
@@ -160,7 +160,7 @@ def test_the_usual_solver_is_suggested_where_another_gives_up(robot, monkeypatch
     """A solver that leads nowhere, even from the walk that the diagnosis finds."""
     problem = WalkProblem(robot, preset_task(samples=21))
     hopeless = replace(QUICK, solver=solver_by_name("sqp", max_iterations=1))
-    nowhere = attempt(problem, hopeless, first_guess(problem))
+    nowhere = attempt(problem, Search(hopeless), first_guess(problem))
     monkeypatch.setattr(search, "attempt", lambda *_: nowhere)
     with pytest.raises(NoGaitFoundError) as caught:
         design(robot, problem.task, hopeless)

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import attempt, complete
+from gaitopt.design.pipeline import Search, attempt, complete
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers.two_stage import UNCONFIRMED, ConfirmedSQP
@@ -15,7 +14,7 @@ from gaitopt.solvers.two_stage import UNCONFIRMED, ConfirmedSQP
 def loose(refined_design):
     """A walk at its samples, and its solution, which exceeds limits between them."""
     problem = WalkProblem(refined_design.problem.robot, refined_design.problem.task)
-    return problem, attempt(problem, DesignOptions(), first_guess(problem))
+    return problem, attempt(problem, Search(), first_guess(problem))
 
 
 @pytest.mark.parametrize("careless", [1, 2])
@@ -30,7 +29,7 @@ def test_a_limit_let_go_is_held_again(loose, monkeypatch, careless):
         return usual(self, nlp, first, *rest)
 
     monkeypatch.setattr(ConfirmedSQP, "confirm", confirm)
-    found = complete(problem, solution, DesignOptions())
+    found = complete(problem, solution, Search())
     assert len(calls) == 2
     assert found.certificate.certified
     assert (found.solution.solver == UNCONFIRMED) == (careless == 2)

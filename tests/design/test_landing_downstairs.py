@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 from gaitopt.design import starts
 from gaitopt.design.audit import audit
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, attempt, impulse_vanishes
+from gaitopt.design.pipeline import Design, Search, attempt, impulse_vanishes
 from gaitopt.design.starts import design_gait
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess
@@ -86,7 +86,7 @@ def test_no_other_landing_would_lift_the_rear_foot_there(downstairs, robot):
 @pytest.fixture(scope="module")
 def level(robot):
     problem = WalkProblem(robot, preset_task(speed=0.6, duration=0.5, samples=15))
-    return problem, attempt(problem, DesignOptions(), first_guess(problem))
+    return problem, attempt(problem, Search(), first_guess(problem))
 
 
 def test_only_walks_whose_impulse_vanishes_are_taken_for_such(level):

@@ -15,7 +15,7 @@ from gaitopt.cli.report import print_gait
 from gaitopt.contact.schedule import PhaseEnd
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import attempt, carried_over, gentle, impact_possible
+from gaitopt.design.pipeline import Search, attempt, carried_over, gentle, impact_possible
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
@@ -164,7 +164,7 @@ def test_no_impact_is_possible_on_both_feet_of_the_biped(robot):
     struck = WalkProblem(robot, task)
     x = carried_over(softly.solution.x, softly.problem, struck)
     assert not impact_possible(struck, x)
-    stalled = attempt(struck, QUICK, x)
+    stalled = attempt(struck, Search(QUICK), x)
     assert stalled.x.shape == x.shape
     assert stalled.hessian is None  # that of the gentle walk has other variables
     loose = WalkProblem(robot, task.with_margins({"impulse_cop": False, "friction": 50.0}))
