@@ -159,16 +159,17 @@ def resting_walk(
         solver: whose quadratic programs are used.
     """
     found: RestingWalk | None = None
-    last = np.inf
+    last = before = np.inf
     try:
         held = _at_extremes(fine, located(fine, x), active)
         for steps in range(1, STEPS + 1):
             stage = _Stage(sparse, held)
             step = stage.step(x, solver, last)
-            if step is None or (steps > 2 and step.length > CONTRACTION * last):
+            if step is None or (steps > 2 and step.length > CONTRACTION * max(last, before)):
                 break
             slow = steps == 1 or step.length > max(RENEWED * last, 10.0 * SETTLED)
-            x, held, last = *stage.after(x, step), step.length
+            before, last = last, step.length
+            x, held = stage.after(x, step)
             settled = last <= SETTLED
             if not (settled or slow):
                 continue
