@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
+from urllib.parse import unquote
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
@@ -30,7 +31,7 @@ from gaitopt.nlp import Array
 LoadMesh = Callable[[str, Array], coal.BVHModelBase]
 """Reads a file at a scale (3,)."""
 
-_PACKAGE_SCHEMES = ("package://", "model://")
+_PACKAGE_SCHEMES = ("package", "model")
 _LFS_POINTER = b"version https://git-lfs"  # in a clone without its large files
 _READABLE_SUFFIXES = (
     ".stl", ".dae", ".obj", ".ply", ".off", ".3ds", ".fbx", ".gltf", ".glb", ".x", ".amf", ".3mf",
@@ -106,12 +107,19 @@ class MeshPaths:
         return ""
 
     def _candidates(self, file: str) -> Iterator[Path]:
-        for scheme in _PACKAGE_SCHEMES:
-            if file.startswith(scheme):
-                package, _, inside = file.removeprefix(scheme).partition("/")
-                yield from self._in_package(package, inside)
-                return
-        path = Path(file.removeprefix("file://"))
+        address = file.replace("\\", "/")
+        for way in dict.fromkeys((address, unquote(address))):
+            yield from self._places(way)
+
+    def _places(self, address: str) -> Iterator[Path]:
+        scheme, separated, inside = address.partition("://")
+        if separated and scheme.lower() in _PACKAGE_SCHEMES:
+            package, _, inside = inside.partition("/")
+            yield from self._in_package(package, inside)
+            return
+        if separated and scheme.lower() == "file":
+            address = inside.removeprefix("localhost")  # which leaves the path from the root
+        path = Path(address)
         if path.is_absolute():
             yield path
             yield from self._moved(path)

@@ -20,6 +20,7 @@ import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, MissingExtraError, RobotError
+from gaitopt.escape import printable
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.mjcf_robot import CompiledMesh, pose, se3, vector
 from gaitopt.importers.text_files import read_text
@@ -42,6 +43,19 @@ _NAMED_PLACE = re.compile(r"Element name '(?P<name>.*)', id -?\d+(?:, line (?P<l
 _TAGGED_PLACE = re.compile(r"Element '(?P<tag>.*)', line (?P<line>\d+)")
 _PARSER_PLACE = re.compile(r"Line number=(?P<line>\d+)(?:: XMLElement name=(?P<tag>\w+))?")
 _MISSING_NAME = re.compile(r"not found|unrecognized name|unknown (?:element|default|transmission)")
+_ATTRIBUTE = re.compile(r"attribute(?: missing:)? '(\w+)'")
+_ADVICE = {
+    "must be larger than mjMINVAL": "both must be above 1e-15 kg and kg·m²: give the body an "
+    "<inertial> with mass and diaginertia, or shapes that weigh something",
+    "bad format in attribute": "write numbers in digits 0 to 9, as -1.5e-3, with blanks between",
+    "inertia must satisfy A + B >= C": "the largest moment must not exceed the sum of the other "
+    'two: correct it, or write <compiler balanceinertia="true"/>',
+    "could not find decoder": "give the file a name that ends in .xml",
+    "XML_ERROR_PARSING_DECLARATION": "remove <?...?> there; only <?xml ...?> at the beginning is "
+    "read",
+    "Error opening file": "correct the path",
+}
+"""What to do about what MuJoCo says, where that is not plain."""
 _ERROR_PREFIX = re.compile(r"^(?:XML |Schema |Compile )?(?:Error|violation): ?", re.IGNORECASE)
 
 
@@ -358,15 +372,18 @@ def _refusal(message: str, tree: XmlTree) -> RobotError:
     while (short := _ERROR_PREFIX.sub("", words)) != words:
         words = short
     words = words.rstrip(".;") or "it cannot be parsed"
+    advice = next((hint for said, hint in _ADVICE.items() if said in words), "correct it")
     if _MISSING_NAME.search(words):
         words += " (of files that are made to be included, give the one that includes them)"
     parts = {} if place is None else place.groupdict()
     element = _element(tree, parts, words)
     if element is not None:
-        return NamedElement(tree, element).refusal(f"MuJoCo refuses it: {words}; correct it")
+        if (named := _ATTRIBUTE.search(words)) and (text := element.get(named[1])) is not None:
+            words += f" (it is '{printable(text)}')"
+        return NamedElement(tree, element).refusal(f"MuJoCo refuses it: {words}; {advice}")
     line = parts.get("line")
     at = f"{where(int(line))}: " if line and int(line) else ""
-    return RobotError(f"{at}MuJoCo refuses the file: {words}; correct it")
+    return RobotError(f"{at}MuJoCo refuses the file: {words}; {advice}")
 
 
 def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element | None:
@@ -425,12 +442,16 @@ def _include(whole: XmlTree, parent: Element, base: Path | None, depth: int) -> 
 
 def _included(whole: XmlTree, element: Element, base: Path | None, depth: int) -> XmlTree:
     """Return the document that an `include` names, whole itself."""
-    name = element.get("file", "")
+    name, at = element.get("file", ""), where(whole.line(element), whole.file(element))
     if depth == _MOST_INCLUDE_LEVELS or base is None:
-        why = "it is read as text" if base is None else "too many levels"
-        at = where(whole.line(element), whole.file(element))
+        why = "it is read as text" if base is None else "too many levels, or it includes itself"
         raise RobotError(f"{at}: cannot include '{name}': {why}; give one whole file")
-    text = read_text(base / name, "included file")
+    if not name:
+        raise RobotError(f'{at}: <include> names no file; give it one, as file="legs.xml"')
+    try:
+        text = read_text(base / name, "included file")
+    except RobotError as error:
+        raise RobotError(f"{at}: {error}") from None
     found = parse_xml(text, f"the included file '{name}'")
     found.files.update(dict.fromkeys(found.lines, name))
     _include(found, found.root, base, depth + 1)

@@ -189,6 +189,8 @@ def _limit_problems(joint: Joint) -> list[FileProblem]:
     missing = [side for side, value in sides if math.isnan(value)]
     if not lower < upper:
         text = f"the range is from {lower:g} to {upper:g} {unit}; lower must be below upper"
+        if missing:
+            text += f" (no {' and no '.join(missing)} limit is given: taken as 0)"
         problems.append(entry.problem("range", text, limit))
     elif missing:
         text = f"no {missing[0]} limit is given: taken as 0 {unit}, as the format has it"

@@ -20,7 +20,13 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
 from gaitopt.importers.report import Faults, listed
-from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number
+from gaitopt.importers.xml_document import (
+    FileProblem,
+    NamedElement,
+    XmlTree,
+    as_number,
+    number_hint,
+)
 from gaitopt.nlp import Array
 from gaitopt.units import motion_words
 
@@ -328,7 +334,9 @@ def _limits(joint: NamedElement, kind: str) -> Limits:
         values[name] = math.nan if text is None else as_number(text)
         one_sided = name in ("effort", "velocity")
         if text is not None and (math.isnan(values[name]) or (one_sided and values[name] < 0.0)):
-            allowed = "; it must be above 0" if one_sided else ", which is no number"
+            allowed = "; it must be above 0"
+            if math.isnan(values[name]):
+                allowed = f", which is no number{number_hint(text)}"
             given = f"the {name} limit is {text!r}{allowed}; give it [{limit_unit(kind, name)}]"
             raise joint.refusal(given, limit)
     return Limits(**values, soft=soft)
@@ -418,8 +426,12 @@ def check_tree(tree: XmlTree) -> None:
 
 def _check_root(root: Element) -> None:
     if root.tag != "robot":
-        hint = _OTHER_FORMATS.get(root.tag, "give a URDF")
-        raise RobotError(f"the file holds <{root.tag}>, not a URDF (<robot>); {hint}")
+        hint = _OTHER_FORMATS.get(root.tag, "give one of these")
+        if (small := root.tag.lower()) in ("robot", "mujoco"):
+            hint = f"write <{small}>"
+        raise RobotError(
+            f"the file holds <{root.tag}>, not a URDF (<robot>) or MJCF (<mujoco>); {hint}"
+        )
     macros = [f"<{element.tag}>" for element in root.iter() if element.tag.startswith("xacro:")]
     names = (element.get("name", "") for element in root if element.tag in ("link", "joint"))
     macros += [f'name="{name}"' for name in names if "${" in name]

@@ -13,6 +13,8 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
 
+_LATE_DECLARATION = re.compile(r"\A\s+<\?xml\s.*?\?>", re.DOTALL)
+_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 _BLANKS = " \t\r\n"  # of XML; a no-break space, say, is none
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NUMBER_WORDS = {1: "one", 3: "three", 4: "four"}
@@ -57,9 +59,31 @@ def where(line: int, file: str = "") -> str:
 def parse_xml(text: str, name: str = "the file") -> XmlTree:
     """Parse XML; prefixes of names are kept as written and need no declaration.
 
+    What is not well-formed but is read by all readers of robots is read: blanks before the
+    declaration, and dashes in comments.
+
     Raises:
         RobotError: the text is not well-formed, with line and column.
     """
+    try:
+        return _parse(text)
+    except expat.ExpatError as error:
+        try:
+            return _parse(_well_formed(text))
+        except expat.ExpatError:
+            raise RobotError(
+                f"{name} is not well-formed XML: line {error.lineno}, column {error.offset + 1}: "
+                f"{expat.ErrorString(error.code)}; correct that line"
+            ) from None
+
+
+def _well_formed(text: str) -> str:
+    """Return a text of as many lines, its declaration first and no dashes in its comments."""
+    declared = _LATE_DECLARATION.sub(lambda found: "\n" * found[0].count("\n"), text)
+    return _COMMENT.sub(lambda found: f"<!--{found[1].replace('-', ' ')}-->", declared)
+
+
+def _parse(text: str) -> XmlTree:
     builder, parser = TreeBuilder(), expat.ParserCreate()
     lines: dict[Element, int] = {}
 
@@ -69,13 +93,7 @@ def parse_xml(text: str, name: str = "the file") -> XmlTree:
     parser.StartElementHandler = start
     parser.EndElementHandler = builder.end
     parser.CharacterDataHandler = builder.data
-    try:
-        parser.Parse(text, True)
-    except expat.ExpatError as error:
-        raise RobotError(
-            f"{name} is not well-formed XML: line {error.lineno}, column {error.offset + 1}: "
-            f"{expat.ErrorString(error.code)}; correct that line"
-        ) from None
+    parser.Parse(text, True)
     return XmlTree(builder.close(), lines)
 
 
@@ -161,7 +179,7 @@ class NamedElement:
         if not math.isfinite(value):
             raise self.refusal(
                 f"{name} is '{printable(text)}'; it must be a finite number [{unit}]"
-                f"{_how(text)}; correct it",
+                f"{number_hint(text)}; correct it",
                 child,
             )
         return value
@@ -186,7 +204,7 @@ class NamedElement:
         if len(values) != count or not all(map(math.isfinite, values)):
             raise self.refusal(
                 f"{name} is '{printable(text)}'; it must be {_NUMBER_WORDS[count]} finite numbers"
-                f"{_how(text)}; correct it",
+                f"{number_hint(text)}; correct it",
                 child,
             )
         return values
@@ -223,8 +241,8 @@ def as_numbers(text: str) -> tuple[float, ...]:
     return tuple(map(as_number, words)) if words != [""] else ()
 
 
-def _how(text: str) -> str:
-    """Return how a number is written, for a text that looks like one, else an empty string."""
+def number_hint(text: str) -> str:
+    """Return how numbers are written, for a text that looks like some, else an empty string."""
     if "${" in text or "$(" in text:
         return " (expand the xacro macros first: xacro robot.urdf.xacro > robot.urdf)"
     digits = any(c.isdigit() for c in text)

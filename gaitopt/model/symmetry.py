@@ -421,7 +421,8 @@ def asymmetry_faults(
 def _remedy(done: Symmetrised, size: float, by_ref: bool) -> str:
     kind = done.differences[0].kind
     place = "<origin>, <axis>" if kind in ("joints", "soles") else "<inertial>"
-    correct = f"Correct the file ({place} of what is named first)"
+    first = ", from the hips on" if kind == "joints" else " first"
+    correct = f"Correct the file ({place} of what is named{first})"
     if by_ref:
         correct = "Correct the ref of one joint of each such pair"
     if kind == "joints":

@@ -159,7 +159,7 @@ DAMAGE = {
     ),
     "speed limit is text": (
         on("joint", HIP, "limit", velocity="fast"),
-        rf"line \d+: joint '{HIP}': the velocity limit is 'fast'; .* give it \[rad/s\]",
+        rf"line \d+: joint '{HIP}': the velocity limit is 'fast', .* give it \[rad/s\]",
     ),
     "empty range": (
         on("joint", HIP, "limit", lower="1", upper="-1"),
@@ -263,7 +263,10 @@ def test_the_command_line_refuses_it_in_the_same_words(name, tmp_path):
         ("", "the robot is empty text; give a URDF, or the path of a file"),
         ("<robot name='a'><link name='b'></robot>", "not well-formed XML: line 1, column 3"),
         ("<robot name='a'/>", "the URDF has no <link>; it describes no robot"),
-        ("<html><body/></html>", r"the file holds <html>, not a URDF \(<robot>\); give a URDF"),
+        (
+            "<html><body/></html>",
+            r"the file holds <html>, not a URDF \(<robot>\) or MJCF \(<mujoco>\); give one",
+        ),
         ("<robot name='a'><link name='b'/></robot>", "no two legs were found"),
     ],
 )

@@ -192,7 +192,7 @@ def with_parts(folder, **changes):
         ),
         (
             {"more": "<include file='parts/arm.xml'/>"},
-            r"cannot read the included file '.*arm.xml': no such file",
+            r"line \d+ of '.*': cannot read the included file '.*arm.xml': no such file",
         ),
     ],
 )

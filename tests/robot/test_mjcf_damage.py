@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mjcf_edits import added, at, edited, together
 from mjcf_text import mjcf_text
+from places import CASES
 from typer.testing import CliRunner
 
 from gaitopt.catalogue.biped_spec import biped13
@@ -346,3 +347,52 @@ def test_directions_may_have_any_length(sound, turn):
     np.testing.assert_allclose(
         R, [[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]], atol=1e-12
     )
+
+
+BASE = (CASES / "base_mini.xml").read_text(encoding="utf-8")
+BAD_MASS = "body 'left_knee_link': MuJoCo refuses it: mass and inertia of moving bodies"
+
+
+@pytest.mark.parametrize(
+    ("edit", "told", "advice", "remedy"),
+    [
+        (
+            at(".//joint[@name='left_knee']", range="0 2_3"),
+            "joint 'left_knee': MuJoCo refuses it: bad format in attribute 'range' (it is '0 2_3')",
+            "write numbers in digits 0 to 9",
+            at(".//joint[@name='left_knee']", range="0 2.3"),
+        ),
+        (
+            at(".//body[@name='left_knee_link']/inertial", mass="0"),
+            BAD_MASS,
+            "above 1e-15 kg and kg·m²: give the body an <inertial> with mass and diaginertia",
+            at(".//body[@name='left_knee_link']/inertial", mass="2.5"),
+        ),
+        (
+            at(".//body[@name='left_knee_link']/inertial", diaginertia="0.02 0.02 0.1"),
+            "body 'left_knee_link': MuJoCo refuses it: inertia must satisfy A + B >= C",
+            'the sum of the other two: correct it, or write <compiler balanceinertia="true"/>',
+            at("compiler", balanceinertia="true"),
+        ),
+        (
+            lambda root: root.insert(0, ET.ProcessingInstruction("pi", "x")),
+            "XML_ERROR_PARSING_DECLARATION",
+            "remove <?...?> there",
+            lambda root: root.remove(root[0]),
+        ),
+    ],
+)
+def test_advice_on_what_mujoco_refuses_works(edit, told, advice, remedy):
+    with pytest.raises(RobotError, match=r"^line \d+: ") as caught:
+        read_source(edited(BASE, edit))
+    assert told in str(caught.value)
+    assert advice in str(caught.value)
+    assert read_source(edited(BASE, together(edit, remedy))).model().njoints == 14
+
+
+def test_a_file_of_another_name_is_told_how_to_be_called(tmp_path):
+    (tmp_path / "robot.txt").write_text(BASE, encoding="utf-8")
+    with pytest.raises(RobotError, match=r"give the file a name that ends in \.xml"):
+        read_source(tmp_path / "robot.txt")
+    (tmp_path / "robot.txt").rename(tmp_path / "robot.xml")
+    assert read_source(tmp_path / "robot.xml").model().njoints == 14

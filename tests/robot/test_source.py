@@ -9,6 +9,7 @@ import pytest
 from example_robots import BIPEDS, example_robot, needs_example_robots
 from mesh_files import TETRAHEDRON, sorted_rows, write_stl
 from motion_twins import same_motion
+from places import CASES
 from urdf_edits import add_arm, edited_urdf, joint, link
 
 from gaitopt.catalogue.biped_spec import biped13
@@ -68,7 +69,10 @@ def test_a_file_and_its_text_describe_the_same_robot(tmp_path, model, rng):
         (b"<robot name='caf\xe9'/>", r"'.*robot.urdf': it is not UTF-8 text; save it as UTF-8"),
         (b"<robot>", r"not well-formed XML: line 1, column 8: no element found"),
         (b"solid foot", r"not well-formed XML: line 1, column 1"),
-        (b"<sdf version='1.6'/>", r"the file holds <sdf>, not a URDF \(<robot>\); convert it"),
+        (
+            b"<sdf version='1.6'/>",
+            r"the file holds <sdf>, not a URDF \(<robot>\) or MJCF \(<mujoco>\); convert it",
+        ),
         (b"<robot name='a'><xacro:leg side='left'/></robot>", "still holds xacro macros"),
         (b"<mujoco><worldbody/></mujoco>", "has no body that moves"),
     ],
@@ -93,6 +97,25 @@ def test_empty_text_is_refused(text):
 MESH = "robots/legs_description/meshes/foot.stl"  # below the test's directory
 
 
+@pytest.mark.parametrize("case", ["base_mini.urdf", "base_mini.xml"])
+@pytest.mark.parametrize("before", ["\n", " \n\t", "<!-- hips -- and ---- knees\n-->\n"])
+def test_what_all_readers_of_robots_take_is_read(tmp_path, before, case):
+    """Blanks before the declaration and dashes in comments, which XML does not allow."""
+    text = (CASES / case).read_text(encoding="utf-8")
+    own = read_source(CASES / case)
+    if "--" in before:
+        declaration, rest = text.split("\n", 1)
+        text = f"{declaration}\n{before}{rest}"
+    else:
+        text = before + text
+    path = tmp_path / case
+    path.write_text(text, encoding="utf-8")
+    source = read_source(path)
+    assert source.model() == own.model()
+    first = next(iter(source.tree.root))
+    assert source.tree.line(first) == own.tree.line(next(iter(own.tree.root))) + before.count("\n")
+
+
 @pytest.mark.parametrize(
     ("file", "robot", "options"),
     [
@@ -109,6 +132,10 @@ MESH = "robots/legs_description/meshes/foot.stl"  # below the test's directory
         ("../meshes/foot.stl", "robots/legs_description/urdf", {}),
         ("meshes/foot.stl", "robots/legs_description/urdf", {}),
         ("file:///home/someone/legs_description/meshes/foot.stl", "robots/demo/urdf", {}),
+        ("file://localhost/home/someone/meshes/foot.stl", "robots/legs_description/urdf", {}),
+        ("PACKAGE://legs_description/meshes/foot.stl", "robots/legs_description/urdf", {}),
+        ("package://legs%5Fdescription/meshes/foot.stl", "robots/legs_description/urdf", {}),
+        (r"..\meshes\foot.stl", "robots/legs_description/urdf", {}),
     ],
 )
 def test_meshes_are_found(tmp_path, monkeypatch, file, robot, options):

@@ -351,7 +351,8 @@ def test_joints_that_would_be_wrong_in_a_leg(edit, kinds, message):
     ("edit", "message"),
     [
         (limits(effort="-150"), r"the effort limit is '-150'; it must be above 0; give it \[N.m\]"),
-        (limits(velocity="fast"), r"the velocity limit is 'fast'; it must be above 0"),
+        (limits(velocity="fast"), r"the velocity limit is 'fast', which is no number; give it"),
+        (limits(effort="2_5"), r"the effort limit is '2_5', which is no number in digits 0 to 9"),
         (limits(lower="low"), r"the lower limit is 'low', which is no number; give it \[rad\]"),
     ],
 )

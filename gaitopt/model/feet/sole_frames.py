@@ -321,7 +321,8 @@ def _unseen_sole(lost: Sequence[FileProblem | MeshProblem], frame: str | None) -
     many = "one mesh" if count == 1 else f"{count} meshes"
     first = f"'{meshes[0].file}' of link '{meshes[0].link}' {meshes[0].reason}"
     which += f"; {many} cannot be used: {first}{', and so on' if count > 1 else ''}"
-    return RobotError(f"{shows}{where}{which}; {_DIRECTORY}{_RECTANGLE}{drop}")
+    advice = "give one in STL format in its place, or " if meshes[0].there else _DIRECTORY
+    return RobotError(f"{shows}{where}{which}; {advice}{_RECTANGLE}{drop}")
 
 
 def _described(sole: Sole) -> str:

@@ -37,14 +37,14 @@ from gaitopt.nlp import Array
 
 LEG_LENGTHS = (6, 5, 7, 4)
 """Numbers of joints that a leg may have, the most usual first."""
-_SAME_HEIGHT = 0.02  # of the robot: feet of a standing one differ by less at its posture
+_SAME_HEIGHT = 0.03  # of the robot: feet of a standing one differ by less at its posture
 SIDE_WORDS = {
     "right": re.compile(r"(?i:right)|(?<![a-zA-Z])[rR](?![a-zA-Z])|^R(?=[A-Z])"),
     "left": re.compile(r"(?i:left)|(?<![a-zA-Z])[lL](?![a-zA-Z])|^L(?=[A-Z])"),
 }
 """What a name says about the side it is on."""
 
-_SAME_PLACE = 0.01  # of the robot: legs whose joints differ by more are not averaged by anyone
+_SAME_PLACE = 0.016  # of the robot: legs whose joints differ by more are not averaged by anyone
 _SAME_ANGLE = 1e-3  # rad: mirrored joints stand at angles of one size
 _PARALLEL = 2e-2  # rad: lines between mirrored joints
 _NEARLY_MIRRORED = 0.25  # of the chains' length: what differs more is no pair without names
