@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from gaitopt import load_gait
 from gaitopt.simulate import battery as trials
 from gaitopt.simulate.battery import CHECKS
 
@@ -30,6 +31,7 @@ def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path, monkeypatch):
     assert record["steps"] == record["asked_steps"] == 20
     assert record["speed_m_s"] == pytest.approx(1.0, rel=0.02)
     assert record["step_time_s"]["mean"] == pytest.approx(record["designed_step_time_s"], rel=0.02)
+    assert record["designed_cost_N2ms"] == load_gait(robust).cost
     assert 1.0 < record["cost_N2ms"] / record["designed_cost_N2ms"] < 1.1
     assert record["second_engine"]["agrees"]
     assert 0.3 < record["stability"]["lqr"]["multiplier"] < 0.6

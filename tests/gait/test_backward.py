@@ -12,7 +12,7 @@ from gaitopt.gait.costs import MechanicalWork, TorqueCost, per_second
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.presets import humanoid_task, natural_duration, preset_task, stroll
 from gaitopt.simulate.second_engine import second_engine
-from gaitopt.simulate.walk import designed_cost
+from gaitopt.simulate.walk import squared_torque
 from gaitopt.sweep.speed_search import fastest
 from gaitopt.view.figures import make_figure
 
@@ -32,7 +32,7 @@ def test_backward_costs_the_integral_over_the_length_of_the_step(backward):
     gait = backward.gait
     assert gait.speed == pytest.approx(-0.4)
     assert gait.step_length == pytest.approx(-0.16)
-    assert designed_cost(gait) == pytest.approx(gait.cost, rel=1e-3)
+    assert squared_torque(gait) == pytest.approx(gait.cost, rel=1e-3)
     assert (gait.cost_unit, gait.cost_words) == ("N²·m·s", "squared torque per metre")
 
 
@@ -44,7 +44,7 @@ def test_in_place_costs_the_mean_over_time(in_place):
     assert gait.cost == pytest.approx(mean, rel=1e-3)
     assert (gait.cost_unit, gait.cost_words) == ("N²·m²", "squared torque per second")
     assert (gait.speed, gait.step_length) == (0.0, 0.0)
-    assert designed_cost(gait) == pytest.approx(gait.cost, rel=1e-3)
+    assert squared_torque(gait) == pytest.approx(gait.cost, rel=1e-3)
 
 
 def test_unit_per_second_is_the_unit_times_a_speed():

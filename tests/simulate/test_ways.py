@@ -23,7 +23,7 @@ from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.reference import Reference
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.simulate.stability import stability
-from gaitopt.simulate.walk import WalkOptions, designed_cost, designed_speed, simulate, way_of
+from gaitopt.simulate.walk import WalkOptions, designed_speed, simulate, squared_torque, way_of
 from gaitopt.simulate.whole_body import whole_body_walks
 
 TASKS = {
@@ -79,8 +79,8 @@ def test_no_preset_is_advised_that_walks_on_heel_and_toe_seldom_keep(gaits):
     assert "--preset" not in heeled
 
 
-def test_designed_cost_is_that_of_the_whole_walk(gait):
-    assert designed_cost(gait) == pytest.approx(gait.cost, rel=0.02)
+def test_squared_torque_is_the_cost_of_the_whole_walk(gait):
+    assert squared_torque(gait) == pytest.approx(gait.cost, rel=0.02)
 
 
 def test_way_and_pushes_turn_with_the_walk(gaits):

@@ -45,7 +45,7 @@ def override(
         RobotError: a pattern matches no joint with one coordinate, or leaves it an empty range; or
             a limit has another unit than a joint.
     """
-    changed, subjects = model.copy(), dict[str, list[str]]()
+    changed, told = model.copy(), dict[tuple[str, str], tuple[list[str], set[int]]]()
     names = [str(name) for name in model.names]
     for entry in overrides:
         meant = matching(entry.joints, names[2:])
@@ -65,11 +65,15 @@ def override(
         for slides in (False, True):
             if own := [j for j in joints if joint_slides(model.joints[j]) == slides]:
                 each = (_set(changed, own, name, v) for name, v in entry.numbers().items())
-                told = motion_words(", ".join(each), slides=slides)
-                text = f"{told} ({joint_count(len(own))}){source}"
-                subjects.setdefault(text, []).append(entry.joints)
+                text = motion_words(", ".join(each), slides=slides)
+                patterns, meant_by_them = told.setdefault((text, source), ([], set()))
+                patterns.append(entry.joints)
+                meant_by_them.update(own)
     _check_ranges(changed, overrides)
-    return changed, [Finding("limits", ", ".join(s), t, "given") for t, s in subjects.items()]
+    return changed, [
+        Finding("limits", ", ".join(subject), f"{text} ({joint_count(len(own))}){source}", "given")
+        for (text, source), (subject, own) in told.items()
+    ]
 
 
 def _check_units(entry: LimitOverride, slides: Mapping[str, bool]) -> None:
