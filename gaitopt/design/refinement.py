@@ -367,12 +367,12 @@ class _Stage:
         for one, slope in zip(self.moving, self.slopes, strict=True):
             shift = float(slope @ (moved - x)) / one.bend
             shift = float(np.clip(shift if one.upper else -shift, -FARTHEST, FARTHEST))
-            instants[id(one)] += shift
+            instants[id(one)] = float(np.clip(one.row.instant + shift, 0.0, 1.0))
         multipliers, held = step.multipliers.copy(), []
         for one in self.held:
             number = self._number(one.row)
             pressure, multipliers[number] = float(multipliers[number]), 0.0
-            instant = round(float(np.clip(instants[id(one)], 0.0, 1.0)), DIGITS)
+            instant = round(instants[id(one)], DIGITS)  # or the row's number, see `ActiveRow`
             held.append(replace(one, row=replace(one.row, instant=instant, multiplier=pressure)))
         others = active_rows(self.problem, multipliers)
         return moved, (*held, *(_Held(row, row.multiplier > 0.0) for row in others))

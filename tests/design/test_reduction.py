@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gaitopt.design import refinement
-from gaitopt.design.active_set import active_rows, instants_of, placed, violated_rows
+from gaitopt.design.active_set import ActiveRow, active_rows, instants_of, placed, violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.extremes import located
-from gaitopt.design.refinement import _at_extremes, _Stage, on_either_side, resting_walk
+from gaitopt.design.refinement import _at_extremes, _Held, _Stage, on_either_side, resting_walk
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
@@ -119,6 +119,22 @@ def test_held_on_either_side_of_its_instants_a_walk_is_the_same_optimum(at_extre
     assert solution.iterations <= 2
     assert solution.cost == pytest.approx(sparse.values(x).cost, rel=1e-6)
     assert not violated_rows(fine, solution.x)
+
+
+def test_rows_that_are_of_no_instant_keep_their_number(at_extremes, monkeypatch):
+    """A transition has such rows for each of its steps; a walk's are the first of their block."""
+    sparse, _, x, _, held = at_extremes
+    stage = _Stage(sparse, held)
+    step = stage.step(x, SOLVER, np.inf)
+    fourth = _Held(ActiveRow("impulse friction", 0, 3.0, 1.0), True)
+    stage.held = (*held, fourth)
+    number = stage._number(replace(fourth.row, instant=0.0))
+    monkeypatch.setattr(
+        stage, "_number", lambda row, own=stage._number: number if row is fourth.row else own(row)
+    )
+    _, after = stage.after(x, step)
+    assert after[len(held)].row.instant == 3.0
+    assert all(0.0 <= one.row.instant <= 1.0 for one in after[: len(held)])
 
 
 def test_beside_an_end_a_limit_is_held_within_the_step(at_extremes, monkeypatch):
