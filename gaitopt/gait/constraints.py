@@ -1,6 +1,6 @@
-"""The constraints of section 3.2 and the few a real walk needs besides, with their margins.
+"""The constraints of section 3.2 and the few a real walk needs besides.
 
-To add one: a field of `Margins` if it has a number of its own, a class, a place in `CONSTRAINTS`.
+To add one: a class, a place in `CONSTRAINTS`, a field of `Margins` if it has a number of its own.
 Option, TOML key, record, messages, diagnosis and refinement follow. Constraints of one's own need
 not stand here: see docs/extending.md.
 """
@@ -21,11 +21,10 @@ from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     FREE,
+    TILTED,
     Constraint,
     ConstraintBlock,
     ConstraintContext,
-    check_margins,
-    margin,
 )
 from gaitopt.gait.functions import (
     Entries,
@@ -42,21 +41,17 @@ from gaitopt.gait.quantities import CORNER_NAMES
 from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
-from gaitopt.settings import checked
 
 if TYPE_CHECKING:
     from gaitopt.mechanics.capsule_distance import CapsulePairs
 
-# Of the thirteen-link biped; those of other robots are in proportion, see `Scales`.
-FORCE_SCALE = 500.0  # N
-MOMENT_SCALE = 100.0  # N.m
-IMPULSE_SCALE = 50.0  # N.s
-IMPULSE_MOMENT_SCALE = 5.0  # N.m.s
-TORSION_SCALE = 20.0  # N.m
-IMPULSE_TORSION_SCALE = 1.0  # N.m.s
-LENGTH_SCALE = 0.1  # m
-ANGLE_SCALE = 0.1  # rad
-FOOT_LIFT_SCALE = 10.0  # rad/s²
+_SIZES = {
+    "N": 500.0, "N·m": 100.0, "N·s": 50.0, "N·m·s": 5.0, "m": 0.1, "rad": 0.1, "m/s": 1.0,
+    "rad/s²": 10.0,
+}  # fmt: skip
+"""Changes of rows that matter, by their unit, of the thirteen-link biped; those of other robots are
+in proportion, as all sizes here, see `Scales`."""
+_TORSION = 0.2  # of these, where a moment is one of torsional friction
 FORCE_SMOOTHING = 0.05  # N, rounds the tip of the friction cone
 IMPULSE_SMOOTHING = 10**-4.5  # N.s
 LEAST_FORCE = 1.0  # N, where the centre of pressure is given up
@@ -64,11 +59,14 @@ LEAST_IMPULSE = 1e-3  # N.s, the same
 
 EDGES = ("front", "rear", "left", "right")
 _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
-LANDING_SCALE = 1e-3  # m: rows that vanish at the end, as fine as what they are there
+_LANDING_SIZE = 0.01  # of these, where heights vanish at the end: as fine as what they are there
 _STEEPER = 1.001  # refinement leaves their slope at the end short by less than a thousandth
 _LANDING = 12  # power that leaves the profile of the landing to the last fifth of the step
-_LYING = 1.5708  # rad: what asks the trunk to lean or turn farther is meant in degrees
-_TILTED = 1.0  # rad: no trunk is let lean or turn farther to find a walk, no foot tilt
+
+
+def _size(context: ConstraintContext, unit: str) -> float:
+    """Return the change of rows of a unit that matters, by which they are scaled."""
+    return _SIZES[unit] * context.scales.of_unit(unit)
 
 
 def _corner_entries(axis: int, factor: float = 1.0) -> Entries:
@@ -111,170 +109,6 @@ _BETWEEN_CORNERS = 1e-3
 ground their rows would else be held where those of the corners are, and say the same."""
 
 
-@checked
-@dataclass(frozen=True)
-class Margins:
-    """The limits of section 3.2 that are not facts of the robot.
-
-    Attributes:
-        friction: coefficient mu of Eqs. (33)-(34).
-        minimum_load: least vertical ground force, Eq. (35) [N].
-        cop_margin: distance of the centre of pressure from the sole's edge, Eqs. (37)-(38) [m].
-        clearance: height of the swing foot's corners at mid-step; the profile is
-            clearance * sin²(pi t / T) [m].
-        lateral_gap: between the swing sole and the edge of the stance sole, Eq. (32) [m].
-        knee_flexion: least bend of both knees from straight [rad].
-        leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31);
-            None: no limit, as suits the lifted form, whose joint angles cannot be out of reach.
-        liftoff_speed: least upward speed of the old stance sole's corners after impact [m/s];
-            a small negative value relaxes section 2.4.1, and lowers the profile of the clearance
-            by what such a foot sinks, at most 0.0125 |liftoff_speed| T.
-        joint_range: whether the joint ranges of Eq. (30) are imposed.
-        impulse_cop: whether the impulsive centre of pressure must lie in the landing sole.
-        torque_limit, speed_limit: replace the robot's limits when given [N·m], [rad/s].
-        trunk_roll, trunk_pitch, trunk_yaw: largest angle of the trunk from upright and from the
-            direction of travel over the whole step [rad].
-        torsional_friction: largest moment about the vertical through the centre of pressure over
-            the vertical force, of the stance foot and of the impact [m]; friction * turning_arm of
-            the sole is what a foot that presses evenly can bear.
-        step_width: largest distance between the two lines of footsteps, |foot_spacing| [m]; by as
-            much more as a wide step sideways needs, or feet turned against each other in a turn.
-        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines;
-            its yaw in a turn by as much more as the feet are turned against each other.
-        leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
-            where the robot has less when it stands.
-        arm_gap: the same between moving arms and pelvis, waist, thighs, loads and the other arm.
-        swing_height: largest height of the swing foot's corners over the whole step [m].
-        landing_speed: least speed at which every corner of the swing foot comes down [m/s]: they
-            stay above landing_speed * (T - t) * (t / T)^12.
-        landing_impulse: largest vertical impulse of the impact over the robot's mass [m/s].
-        soft_landing: whether the swing foot lands at zero speed: there is no impact then, and what
-            limits an impact and what the rear foot does after it has no meaning.
-        nosing: on stairs, length over which the height that the swing foot must pass is rounded at
-            every edge, on the side of the lower tread [m]; None: all that lies between the toe of a
-            foot that stands and the heel on the next tread.
-
-    Raises:
-        InputError: a value is no finite number, or out of range.
-    """
-
-    friction: float = margin(
-        0.7, "Coefficient of friction of the ground.",
-        "the coefficient of friction", above=0.0, metavar="mu", common=True,
-        relax=(2.0, 0.1),  # rubber on rough concrete
-    )  # fmt: skip
-    minimum_load: float = margin(
-        25.0, "Least vertical force of the ground on the stance foot.",
-        "the least vertical ground force", "N", least=0.0,
-        relax=(0.0, -100.0),
-    )  # fmt: skip
-    cop_margin: float = margin(
-        0.005, "Least distance of the centre of pressure from the edges of the sole.",
-        "the margin of the centre of pressure", "m", least=0.0, relax=(0.0, -0.01),
-    )  # fmt: skip
-    clearance: float = margin(
-        0.03, "Least height of the swing foot above the ground at mid-step.",
-        "the clearance of the swing foot", "m",
-        least=0.0, relax=(0.0, -0.1), common=True,
-    )  # fmt: skip
-    lateral_gap: float = margin(
-        0.01,
-        "Least gap between swing and stance sole, sideways.",
-        "the gap between the feet",
-        "m",
-        relax=(0.0, -0.1),
-    )
-    knee_flexion: float = margin(
-        0.1,
-        "Least bend of the knees from straight.",
-        "the least bend of the knees",
-        "rad",
-        relax=(0.0, -0.3),
-    )
-    leg_extension: float | None = margin(
-        0.9995,
-        "Longest distance from hip to ankle in double support, over that of the straight leg.",
-        "the largest extension of the legs",
-        above=0.0, most=1.0, relax=(1.0, 0.01), metavar="ratio", limit=True,
-    )  # fmt: skip
-    liftoff_speed: float = margin(
-        0.0, "Least speed upward of the rear foot as it leaves; below zero it may sink first.",
-        "the least lift-off speed of the rear foot", "m/s",
-        relax=(-0.05, -0.1),  # a rear foot that sinks faster has not lifted off
-    )  # fmt: skip
-    joint_range: bool = margin(True, "Keep every joint within its range.")
-    impulse_cop: bool = margin(
-        True, "Keep the impulse of the impact inside the landing sole, which then does not tip."
-    )
-    torque_limit: float | None = margin(
-        None, "Largest torque of every joint, in place of the robot's limits.",
-        "the torque limit of every joint", "N·m",
-        above=0.0, common=True,
-    )  # fmt: skip
-    speed_limit: float | None = margin(
-        None, "Largest speed of every joint, in place of the robot's limits.",
-        "the speed limit of every joint",
-        "rad/s", above=0.0, common=True,
-    )  # fmt: skip
-    trunk_roll: float | None = margin(
-        None, "Largest sideways lean of the trunk.", "the largest sideways lean of the trunk",
-        "rad", above=0.0, most=_LYING, relax=(_TILTED, 0.3),
-    )  # fmt: skip
-    trunk_pitch: float | None = margin(
-        None, "Largest lean of the trunk forward or back.",
-        "the largest lean of the trunk forward or back",
-        "rad", above=0.0, most=_LYING, relax=(_TILTED, 0.3), common=True,
-    )  # fmt: skip
-    trunk_yaw: float | None = margin(
-        None, "Largest turn of the trunk from the direction of travel.",
-        "the largest turn of the trunk", "rad", above=0.0, most=_LYING,
-        relax=(_TILTED, 0.3),
-    )  # fmt: skip
-    torsional_friction: float | None = margin(
-        None, "Largest moment about the vertical that a foot bears, over its load.",
-        "the coefficient of torsional friction",
-        "m", above=0.0, relax=(0.5, 0.01),  # of a foot far larger than any biped's
-    )  # fmt: skip
-    step_width: float | None = margin(
-        None, "Largest distance of the feet sideways.", "the largest step width", "m", above=0.0
-    )
-    swing_tilt: float | None = margin(
-        None, "Largest roll, pitch and yaw of the swing foot, as sines.",
-        "the largest tilt of the swing foot", "rad",
-        above=0.0, most=1.0, relax=(_TILTED, 0.3), sine=True,
-    )  # fmt: skip
-    leg_gap: float | None = margin(
-        None, "Least distance between the legs' bodies.", "the gap between the bodies of the legs",
-        "m", relax=(0.0, -0.1),
-    )  # fmt: skip
-    arm_gap: float | None = margin(
-        None, "Least distance of moving arms from trunk, thighs and each other.",
-        "the gap between the arms and other bodies", "m", relax=(0.0, -0.1),
-    )  # fmt: skip
-    swing_height: float | None = margin(
-        None, "Largest height of the swing foot.", "the largest height of the swing foot", "m",
-        above=0.0, relax=(0.5, 0.1),  # nobody lifts a foot higher to walk on level ground
-    )  # fmt: skip
-    landing_speed: float | None = margin(
-        None, "Least speed downward at which every corner of the landing foot comes down.",
-        "the least speed at which the corners of the foot land", "m/s", least=0.0,
-        relax=(0.0, -0.3),
-    )  # fmt: skip
-    landing_impulse: float | None = margin(
-        None, "Largest vertical impulse of the impact over the robot's mass.",
-        "the largest vertical impulse at the impact over the mass", "m/s", above=0.0,
-        relax=(2.0, 0.3),  # of a foot slammed down
-    )  # fmt: skip
-    soft_landing: bool = margin(False, "The foot lands at zero speed, without an impact.")
-    nosing: float | None = margin(
-        None, "On stairs, length before the edges over which the swing foot keeps away.",
-        "the distance of the swing foot from the edges of the stairs", "m", above=0.0,
-    )  # fmt: skip
-
-    def __post_init__(self) -> None:
-        check_margins(self)
-
-
 class JointTorque(Constraint):
     """Eq. (28): |Gamma_i| <= Gamma_i,max."""
 
@@ -283,7 +117,7 @@ class JointTorque(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         limit = imposed_limit(context.robot.limits.torque, context.margins.torque_limit)
-        return _joints(self, context, -limit, limit, _size(limit))
+        return _joints(self, context, -limit, limit, _finite(limit))
 
 
 class JointSpeed(Constraint):
@@ -294,7 +128,7 @@ class JointSpeed(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         limit = imposed_limit(context.robot.limits.speed, context.margins.speed_limit)
-        return _joints(self, context, -limit, limit, _size(limit))
+        return _joints(self, context, -limit, limit, _finite(limit))
 
 
 class Load(Constraint):
@@ -309,7 +143,7 @@ class Load(Constraint):
         )
         return self.over_step(
             context, Entries(slice(2, 3), 6), ("vertical ground force",), lower=lower[:, None],
-            scale=FORCE_SCALE * context.scales.force,
+            scale=_size(context, "N"),
         )  # fmt: skip
 
 
@@ -321,11 +155,9 @@ class Friction(Constraint):
     couplings: ClassVar = {"friction": ("load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING * context.scales.force)
+        cone = _cone(context, FORCE_SMOOTHING, "N")
         labels = ("friction cone margin",)
-        return self.over_step(
-            context, cone, labels, lower=0.0, scale=FORCE_SCALE * context.scales.force
-        )
+        return self.over_step(context, cone, labels, lower=0.0, scale=_size(context, "N"))
 
 
 class CentreOfPressure(Constraint):
@@ -336,12 +168,10 @@ class CentreOfPressure(Constraint):
     couplings: ClassVar = {"cop_margin": ("load", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
+        labels = _by_edge("centre of pressure")
         rows = np.stack([_edge_moments(context, p.contact) for p in context.schedule.phases])
         moments = Linear(rows[0] if len(rows) == 1 else rows[context.phases])
-        return self.over_step(
-            context, moments, labels, lower=0.0, scale=MOMENT_SCALE * context.scales.moment
-        )
+        return self.over_step(context, moments, labels, lower=0.0, scale=_size(context, "N·m"))
 
 
 class FootAngle(Constraint):
@@ -359,7 +189,7 @@ class FootAngle(Constraint):
         # where it begins to turn, or ends to, it is 0 whatever x, and at the landing a parameter
         inside = landed & (instants > 0.0) & (instants < changes[0])
         inside |= leaving & (instants > context.schedule.turns_from + 2.0 * AFTER)
-        lower = np.where(inside, 0.0, -_TILTED)
+        lower = np.where(inside, 0.0, -TILTED)
         labels = ("angle of the stance foot",)
         return self.over_step(context, Entries(slice(0, 1), 3), labels, lower=lower[:, None])
 
@@ -388,7 +218,7 @@ class FootLift(FootAngle):
             rows,
             labels,
             lower=0.0,
-            scale=FOOT_LIFT_SCALE * context.scales.rate**2,
+            scale=_size(context, self.unit),
             instants=instants,
         )
 
@@ -406,9 +236,7 @@ class SoftLanding(Constraint):
         flat = context.schedule.first.contact.resting().all()
         held = list(range(6)) if flat else [0, 1, 2, 3, 5]  # about a line there is none anyway
         labels = tuple(f"impulse, {quantities.IMPULSE.entries[k]}" for k in held)
-        own = context.scales
-        linear, angular = IMPULSE_SCALE * own.impulse, IMPULSE_MOMENT_SCALE * own.angular_impulse
-        scale = np.where(np.array(held) < 3, linear, angular)
+        scale = np.where(np.array(held) < 3, _size(context, "N·s"), _size(context, "N·m·s"))
         return self.once(Linear(np.eye(6)[held]), labels, lower=0.0, upper=0.0, scale=scale)
 
 
@@ -444,8 +272,8 @@ class FrontLoad(_OfFront):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         rows, labels = Entries(slice(2, 3), 6), ("vertical ground force",)
-        force = context.scales.force
-        return self.while_both(context, rows, labels, LEAST_FORCE * force, FORCE_SCALE * force)
+        least, scale = LEAST_FORCE * context.scales.force, _size(context, self.unit)
+        return self.while_both(context, rows, labels, least, scale)
 
 
 class FrontFriction(_OfFront):
@@ -456,9 +284,8 @@ class FrontFriction(_OfFront):
     couplings: ClassVar = {"friction": ("front load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        force = context.scales.force
-        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING * force)
-        return self.while_both(context, cone, ("friction cone margin",), 0.0, FORCE_SCALE * force)
+        cone, scale = _cone(context, FORCE_SMOOTHING, "N"), _size(context, self.unit)
+        return self.while_both(context, cone, ("friction cone margin",), 0.0, scale)
 
 
 class FrontCentreOfPressure(_OfFront):
@@ -469,9 +296,9 @@ class FrontCentreOfPressure(_OfFront):
     couplings: ClassVar = {"cop_margin": ("front load", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
+        labels = _by_edge("centre of pressure")
         moments = Linear(_edge_moments(context, FlatFoot()))
-        return self.while_both(context, moments, labels, 0.0, MOMENT_SCALE * context.scales.moment)
+        return self.while_both(context, moments, labels, 0.0, _size(context, "N·m"))
 
 
 class FrontTorsion(_OfFront):
@@ -482,11 +309,9 @@ class FrontTorsion(_OfFront):
     couplings: ClassVar = {"torsional_friction": ("front load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(
-            context.margins.torsional_friction or 0.0, LEAST_FORCE * context.scales.force
-        )
-        labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
-        return self.while_both(context, torsion, labels, 0.0, TORSION_SCALE * context.scales.moment)
+        torsion = _twist(context, LEAST_FORCE, "N")
+        labels = _by_side("torsional friction margin")
+        return self.while_both(context, torsion, labels, 0.0, _TORSION * _size(context, "N·m"))
 
 
 FRONT = (FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion())
@@ -510,9 +335,7 @@ class ImpulseUp(_OfImpact):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = ("vertical impact impulse",)
-        return self.once(
-            Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE * context.scales.impulse
-        )
+        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=_size(context, "N·s"))
 
 
 class ImpulseFriction(_OfImpact):
@@ -523,12 +346,12 @@ class ImpulseFriction(_OfImpact):
     couplings: ClassVar = {"friction": ("impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING * context.scales.impulse)
+        cone = _cone(context, IMPULSE_SMOOTHING, "N·s")
         return self.once(
             cone,
             ("impulse friction cone margin",),
             lower=0.0,
-            scale=IMPULSE_SCALE * context.scales.impulse,
+            scale=_size(context, "N·s"),
         )
 
 
@@ -548,7 +371,7 @@ class LiftOff(_OfImpact):
             f"rear foot {CORNER_NAMES[c]} lift-off speed" for c in np.flatnonzero(resting)
         )
         return self.once(
-            speeds, labels, lower=context.margins.liftoff_speed, scale=context.scales.speed
+            speeds, labels, lower=context.margins.liftoff_speed, scale=_size(context, self.unit)
         )
 
 
@@ -557,7 +380,7 @@ class _LeastHeight(Constraint):
 
     reads: ClassVar = (quantities.CORNERS,)
     label: ClassVar = "height"
-    scale: ClassVar = LENGTH_SCALE
+    share: ClassVar = 1.0  # of what matters of heights
 
     @abstractmethod
     def _least(self, context: ConstraintContext, s: Array) -> Array:
@@ -572,7 +395,12 @@ class _LeastHeight(Constraint):
         lower = np.repeat(least[:, None], len(points), axis=1)
         lower[:, len(CORNER_NAMES) :] -= _BETWEEN_CORNERS * length
         return self.over_step(
-            context, function, labels, lower=lower, scale=self.scale * length, instants=inside
+            context,
+            function,
+            labels,
+            lower=lower,
+            scale=self.share * _size(context, "m"),
+            instants=inside,
         )
 
 
@@ -606,7 +434,7 @@ class Lateral(Constraint):
         labels = tuple(f"swing foot {c} sideways" for c in CORNER_NAMES)
         return self.over_step(
             context, _corner_entries(1, side), labels,
-            lower=edge + context.margins.lateral_gap, scale=LENGTH_SCALE * context.scales.length,
+            lower=edge + context.margins.lateral_gap, scale=_size(context, "m"),
         )  # fmt: skip
 
 
@@ -643,7 +471,7 @@ class LegLength(Constraint):
             Length(),
             ("hip-ankle distance",),
             upper=longest,
-            scale=LENGTH_SCALE * context.scales.length,
+            scale=_size(context, "m"),
         )
 
 
@@ -667,17 +495,12 @@ class ImpulseCentreOfPressure(_OfImpact):
     couplings: ClassVar = {"cop_margin": ("impulse", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in EDGES)
+        labels = _by_edge("impulsive centre of pressure")
         contact = context.schedule.first.contact
         moments = Linear(_edge_moments(context, contact))
         along = [-FREE, -FREE, 0.0, 0.0]  # on a line it is there ahead and behind, whatever x
         lower = np.zeros(4) if contact.resting().all() else np.array(along)
-        return self.once(
-            moments,
-            labels,
-            lower=lower,
-            scale=IMPULSE_MOMENT_SCALE * context.scales.angular_impulse,
-        )
+        return self.once(moments, labels, lower=lower, scale=_size(context, "N·m·s"))
 
 
 class WalkingSpeed(Constraint):
@@ -727,7 +550,7 @@ class Closure(Constraint):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = tuple(f"closure {how} {axis}" for how in ("along", "about") for axis in "xyz")
         rows = Entries(slice(0, 6), 6)
-        scale = np.repeat([LENGTH_SCALE * context.scales.length, ANGLE_SCALE], 3)
+        scale = np.repeat([_size(context, "m"), _size(context, "rad")], 3)
         return self.once(rows, labels, lower=0.0, upper=0.0, scale=scale)
 
 
@@ -770,12 +593,10 @@ class TorsionalFriction(Constraint):
     couplings: ClassVar = {"torsional_friction": ("load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(
-            context.margins.torsional_friction or 0.0, LEAST_FORCE * context.scales.force
-        )
-        labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
+        torsion = _twist(context, LEAST_FORCE, "N")
+        labels = _by_side("torsional friction margin")
         return self.over_step(
-            context, torsion, labels, lower=0.0, scale=TORSION_SCALE * context.scales.moment
+            context, torsion, labels, lower=0.0, scale=_TORSION * _size(context, "N·m")
         )
 
 
@@ -788,13 +609,9 @@ class ImpulseTorsion(_OfImpact):
     couplings: ClassVar = {"torsional_friction": ("impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(
-            context.margins.torsional_friction or 0.0, LEAST_IMPULSE * context.scales.impulse
-        )
-        labels = tuple(f"impulse torsional friction margin to the {s}" for s in ("left", "right"))
-        return self.once(
-            torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE * context.scales.angular_impulse
-        )
+        torsion = _twist(context, LEAST_IMPULSE, "N·s")
+        labels = _by_side("impulse torsional friction margin")
+        return self.once(torsion, labels, lower=0.0, scale=_TORSION * _size(context, "N·m·s"))
 
 
 class LegGap(Constraint):
@@ -860,9 +677,7 @@ class SwingHeight(Constraint):
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} height above ground" for point in points)
         limit = context.margins.swing_height or 0.0
-        return self.over_step(
-            context, function, labels, upper=limit, scale=LENGTH_SCALE * context.scales.length
-        )
+        return self.over_step(context, function, labels, upper=limit, scale=_size(context, "m"))
 
 
 class LandingSpeed(_LeastHeight):
@@ -875,7 +690,7 @@ class LandingSpeed(_LeastHeight):
 
     name, equation, unit, words = "landing speed", "3.2", "m", "landing of the swing foot"
     margins = ("landing_speed",)
-    label, scale = "height before landing", LANDING_SCALE
+    label, share = "height before landing", _LANDING_SIZE
 
     def _least(self, context: ConstraintContext, s: Array) -> Array:
         speed = _STEEPER * (context.margins.landing_speed or 0.0)
@@ -891,12 +706,7 @@ class LandingImpulse(_OfImpact):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         most = (context.margins.landing_impulse or 0.0) * context.robot.mass
         labels = ("vertical impact impulse over its limit",)
-        return self.once(
-            Entries(slice(2, 3), 6),
-            labels,
-            upper=most,
-            scale=IMPULSE_SCALE * context.scales.impulse,
-        )
+        return self.once(Entries(slice(2, 3), 6), labels, upper=most, scale=_size(context, "N·s"))
 
 
 class _OfRearImpulse(Constraint):
@@ -925,9 +735,7 @@ class RearImpulseUp(_OfRearImpulse):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = (f"{_struck_foot(context)}, vertical impact impulse",)
-        return self.once(
-            Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE * context.scales.impulse
-        )
+        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=_size(context, "N·s"))
 
 
 class RearImpulseFriction(_OfRearImpulse):
@@ -938,9 +746,9 @@ class RearImpulseFriction(_OfRearImpulse):
     couplings: ClassVar = {"friction": ("rear impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING * context.scales.impulse)
+        cone = _cone(context, IMPULSE_SMOOTHING, "N·s")
         labels = (f"{_struck_foot(context)}, impulse friction cone margin",)
-        return self.once(cone, labels, lower=0.0, scale=IMPULSE_SCALE * context.scales.impulse)
+        return self.once(cone, labels, lower=0.0, scale=_size(context, "N·s"))
 
 
 class RearImpulseCentreOfPressure(_OfRearImpulse):
@@ -952,14 +760,11 @@ class RearImpulseCentreOfPressure(_OfRearImpulse):
     couplings: ClassVar = {"cop_margin": ("rear impulse", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        what = f"{_struck_foot(context)}, impulsive centre of pressure"
-        labels = tuple(f"{what}, moment about the {e} edge" for e in EDGES)
+        labels = _by_edge(f"{_struck_foot(context)}, impulsive centre of pressure")
         schedule = context.schedule
         contact = FlatFoot() if schedule.slapping else schedule.last.contact
         moments = Linear(_edge_moments(context, contact))
-        return self.once(
-            moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE * context.scales.angular_impulse
-        )
+        return self.once(moments, labels, lower=0.0, scale=_size(context, "N·m·s"))
 
 
 class RearImpulseTorsion(_OfRearImpulse):
@@ -971,16 +776,9 @@ class RearImpulseTorsion(_OfRearImpulse):
     couplings: ClassVar = {"torsional_friction": ("rear impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = Torsion(
-            context.margins.torsional_friction or 0.0, LEAST_IMPULSE * context.scales.impulse
-        )
-        foot = _struck_foot(context)
-        labels = tuple(
-            f"{foot}, impulse torsional friction margin to the {s}" for s in ("left", "right")
-        )
-        return self.once(
-            torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE * context.scales.angular_impulse
-        )
+        torsion = _twist(context, LEAST_IMPULSE, "N·s")
+        labels = _by_side(f"{_struck_foot(context)}, impulse torsional friction margin")
+        return self.once(torsion, labels, lower=0.0, scale=_TORSION * _size(context, "N·m·s"))
 
 
 CONSTRAINTS: tuple[Constraint, ...] = (
@@ -1018,11 +816,11 @@ def _apart(
     return constraint.over_step(
         context, Entries(slice(0, count), count),
         tuple(f"gap between {name}" for name in pairs.names),
-        lower=pairs.least(gap or 0.0), scale=LENGTH_SCALE * context.scales.length,
+        lower=pairs.least(gap or 0.0), scale=_size(context, "m"),
     )  # fmt: skip
 
 
-def _size(limits: Array) -> Array:
+def _finite(limits: Array) -> Array:
     """Limits as scales of their rows; a row without a limit may have any scale."""
     return np.where(np.isfinite(limits), limits, 1.0)
 
@@ -1040,6 +838,23 @@ def _turning(context: ConstraintContext) -> tuple[bool, bool]:
         phase.contact.hinge(sole) is not None for phase in (schedule.first, schedule.last)
     )
     return landed, leaving
+
+
+def _cone(context: ConstraintContext, smoothing: float, unit: str) -> FrictionCone:
+    return FrictionCone(context.margins.friction, smoothing * context.scales.of_unit(unit))
+
+
+def _twist(context: ConstraintContext, least: float, unit: str) -> Torsion:
+    coefficient = context.margins.torsional_friction or 0.0
+    return Torsion(coefficient, least * context.scales.of_unit(unit))
+
+
+def _by_edge(words: str) -> tuple[str, ...]:
+    return tuple(f"{words}, moment about the {edge} edge" for edge in EDGES)
+
+
+def _by_side(words: str) -> tuple[str, ...]:
+    return tuple(f"{words} to the {side}" for side in ("left", "right"))
 
 
 def _edge_moments(context: ConstraintContext, contact: ContactMode) -> Array:
