@@ -14,8 +14,7 @@ from common import arguments, save
 from gaitopt.catalogue.entries import robot_by_name
 from gaitopt.design.starts import design_gait
 from gaitopt.gait.presets import preset_task
-from gaitopt.motions.export import export
-from gaitopt.motions.formats import FORMATS
+from gaitopt.motions.export import FORMATS, export
 
 STRIDES = 20
 REPEATS = 3

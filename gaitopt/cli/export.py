@@ -12,8 +12,7 @@ from gaitopt.cli.command_options import ExportOptions
 from gaitopt.cli.show import loaded, loaded_motion
 from gaitopt.errors import InputError
 from gaitopt.gait.transition import Transition
-from gaitopt.motions.export import INDEX, export, export_library, export_transition
-from gaitopt.motions.formats import format_named
+from gaitopt.motions.export import INDEX, export, export_library, export_transition, format_named
 
 MJCF = "mjcf"
 """Format of the MuJoCo model of a gait; it needs MuJoCo, and is no form of motions alone."""

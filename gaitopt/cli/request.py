@@ -30,8 +30,8 @@ from gaitopt.cli.config import (
 )
 from gaitopt.cli.idle import refuse_idle, refuse_overruled
 from gaitopt.dataclass import dataclass
-from gaitopt.design.known_walk import parameters_of
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import parameters_of
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, ElectricalEnergy, cost_of_text

@@ -26,9 +26,9 @@ from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.simulate.battery import Battery, Checked, battery, suspect
-from gaitopt.simulate.controller import JointPD
 from gaitopt.simulate.disturbance import StartError
 from gaitopt.simulate.mujoco_model import CONTACT_TIME, TIMESTEP
+from gaitopt.simulate.reference import JointPD
 from gaitopt.simulate.second_engine import SecondEngine, second_engine
 from gaitopt.simulate.stability import Stability, stability
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate

@@ -12,13 +12,13 @@ from gaitopt.cli.results import require_writable
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.simulate.battery import PUSHED, Battery, directions
-from gaitopt.simulate.controller import both_feet
 from gaitopt.simulate.disturbance import Push
 from gaitopt.simulate.mujoco_model import SimulatedRobot, simulated_robot
+from gaitopt.simulate.reference import both_feet
 from gaitopt.simulate.walk import SimulatedWalk
 from gaitopt.view.animation import Replay, ShownPush
+from gaitopt.view.page import write_simulated_page
 from gaitopt.view.page_parts import Section
-from gaitopt.view.simulated_page import write_simulated_page
 
 FRAMES = 30.0  # Hz, of the postures that are kept for them
 

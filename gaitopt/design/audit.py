@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import Certificate, certify
-from gaitopt.design.known_walk import with_instants_of
+from gaitopt.design.pipeline import with_instants_of
 from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.constraint import Margins

@@ -12,9 +12,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.design.certificate import worst_rows
-from gaitopt.design.known_walk import gone_on, parameters_of
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, Search, attempt, complete, finished, is_walk, versions
+from gaitopt.design.pipeline import (
+    Design,
+    Search,
+    attempt,
+    complete,
+    finished,
+    gone_on,
+    is_walk,
+    parameters_of,
+    versions,
+)
 from gaitopt.errors import (
     EvaluationError,
     InputError,

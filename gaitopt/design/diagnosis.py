@@ -32,9 +32,16 @@ from gaitopt.design.conflict import (
     first_tries,
     solve_unless_stopped,
 )
-from gaitopt.design.known_walk import gone_on
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, Search, attempt, begins_relaxed, complete, is_walk
+from gaitopt.design.pipeline import (
+    Design,
+    Search,
+    attempt,
+    begins_relaxed,
+    complete,
+    gone_on,
+    is_walk,
+)
 from gaitopt.design.relaxation import (
     Adjustment,
     EarlyStopping,

@@ -31,7 +31,7 @@ from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.trunk import slope_rates
+from gaitopt.mechanics.forward_kinematics import slope_rates
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array

@@ -19,9 +19,15 @@ from gaitopt.design.audit import (
     robot_differences,
 )
 from gaitopt.design.certificate import Certificate, certify, worst_rows
-from gaitopt.design.known_walk import with_instants_of
 from gaitopt.design.options import SIGMA, DesignOptions
-from gaitopt.design.pipeline import Search, attempt, is_walk, polished, proof_record
+from gaitopt.design.pipeline import (
+    Search,
+    attempt,
+    is_walk,
+    polished,
+    proof_record,
+    with_instants_of,
+)
 from gaitopt.design.refinement import with_work
 from gaitopt.errors import (
     EvaluationError,

@@ -26,17 +26,18 @@ from gaitopt.gait.spline import SplineInX
 from gaitopt.gait.walk_point import Product
 from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, leg_pairs
 from gaitopt.mechanics.closed_chain import ClosedJump, ClosedMotion
-from gaitopt.mechanics.foot_flat import FlatJump
 from gaitopt.mechanics.forward_kinematics import (
+    ROLL,
+    YAW,
     Placements,
     PostureQuantity,
     PostureQuantityDerivatives,
+    Trunk,
     bodies_of,
 )
-from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState, Turning
+from gaitopt.mechanics.impact import FlatJump, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
 from gaitopt.mechanics.spatial import apply
-from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
 from gaitopt.model.coupling import Tangent
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace

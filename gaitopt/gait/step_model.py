@@ -60,10 +60,16 @@ from gaitopt.gait.step import (
     gap_products,
     with_foot,
 )
-from gaitopt.mechanics.foot_flat import FlatImpact, FlatJump
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.hinged import standing_robot
-from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
+from gaitopt.mechanics.impact import (
+    FlatImpact,
+    FlatJump,
+    Impact,
+    ImpactDerivatives,
+    ImpactState,
+    Turning,
+)
 from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
 from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives, SupportState
 from gaitopt.mechanics.spatial import cross_force, cross_motion

@@ -119,7 +119,7 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
         raise RobotError(
             "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
         )
-    from gaitopt.importers.mjcf_source import read_mjcf  # whose modules a URDF does not need
+    from gaitopt.importers.mjcf_model import read_mjcf  # whose modules a URDF does not need
 
     return read_mjcf(tree, text, path, dirs)
 

@@ -1,23 +1,384 @@
-"""Write a gait, or every gait of a library, in a form that other programs read."""
+"""Write a gait, or every gait of a library, in a form that other programs read.
+
+docs/motions.md tells arrays, units and frames of each, and who reads it.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
 from gaitopt.atomic import make_directory, write_atomically
-from gaitopt.errors import InputError
+from gaitopt.dataclass import dataclass
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.result import Gait
+from gaitopt.gait.spline import bernstein
 from gaitopt.gait.transition import Transition
-from gaitopt.motions.formats import MotionFormat, format_named
-from gaitopt.motions.motion import motion
+from gaitopt.mechanics.spatial import upright
+from gaitopt.motions.motion import SCALAR_FIRST, Motion, motion
 from gaitopt.motions.stride import export_step
+from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.library import Library, open_library
 from gaitopt.sweep.table import Row
+from gaitopt.units import motion_words
+
+_AXES = ("x", "y", "z")
+_WRENCH = tuple(f"{part}_{axis}" for part in ("force", "moment") for axis in _AXES)
+_DEGREE = 7  # of Bezier curves: that of published gait libraries
+_FITTED = 101  # instants of a step to which a Bezier curve is fitted
+_BASE = 6  # columns of its track
+
+
+@dataclass(frozen=True)
+class MotionFormat:
+    """A form of motions.
+
+    Attributes:
+        name: for people.
+        suffix: of its files.
+        rate: samples a second unless asked otherwise [Hz].
+        joints: order of joints unless asked otherwise, one of `orders.ORDERS`.
+        content: returns that of a file.
+        sampled: whether it has samples; otherwise rate and strides mean nothing.
+    """
+
+    name: str
+    suffix: str
+    rate: float
+    joints: str
+    content: Callable[[Motion], bytes]
+    sampled: bool = True
+
+
+def format_named(name: str, *others: str) -> MotionFormat:
+    """Return a form of motions by its name.
+
+    Args:
+        name: of it.
+        others: names that could be given too, which are no forms of motions alone.
+
+    Raises:
+        InputError: there is none.
+    """
+    if name not in FORMATS:
+        known = (*FORMATS, *others)
+        raise InputError(
+            f"no format of motions is named '{name}'; {did_you_mean(name, known)}choose "
+            f"{', '.join(known)}"
+        )
+    return FORMATS[name]
+
+
+def tracker_arrays(motion: Motion) -> dict[str, Array]:
+    """Return the arrays of a motion npz; their shapes are in `docs/motions.md`."""
+    samples, bodies = motion.samples, motion.body_motion
+    single = {
+        "joint_pos": samples.q,
+        "joint_vel": samples.dq,
+        "body_pos_w": bodies.position,
+        "body_quat_w": bodies.quaternion[..., SCALAR_FIRST],
+        "body_lin_vel_w": bodies.linear,
+        "body_ang_vel_w": bodies.angular,
+        "joint_torque": samples.torque,
+        "foot_wrench_w": motion.foot_wrench,
+    }
+    whole = motion.rate == int(motion.rate)
+    return {
+        "fps": np.array([int(motion.rate) if whole else motion.rate]),
+        **{name: values.astype(np.float32) for name, values in single.items()},
+        "foot_contact": samples.contact,
+        "joint_names": np.array(motion.joint_names),
+        "body_names": np.array(motion.body_names),
+        "foot_names": np.array(motion.foot_names),
+    }
+
+
+def mujoco_arrays(motion: Motion) -> dict[str, Array]:
+    """Return positions, velocities and torques as MuJoCo has them; shapes: `docs/motions.md`."""
+    samples = motion.samples
+    rate, change = motion.base_velocity[:, :3], motion.base_acceleration[:, :3]
+    quaternion = samples.base_quaternion[:, SCALAR_FIRST]
+    return {
+        "time": samples.time,
+        "qpos": np.hstack([samples.base_position, quaternion, samples.q]),
+        "qvel": np.hstack([rate, samples.base_twist[:, 3:], samples.dq]),
+        "qacc": np.hstack([change, samples.base_acceleration[:, 3:], samples.ddq]),
+        "torque": samples.torque,
+        "foot_contact": samples.contact,
+        "foot_wrench": motion.foot_wrench,
+        "joint_names": np.array(motion.joint_names),
+        "foot_names": np.array(motion.foot_names),
+    }
+
+
+def pinocchio_arrays(motion: Motion) -> dict[str, Array]:
+    """Return configurations and torques as Pinocchio has them; shapes: `docs/motions.md`."""
+    samples = motion.samples
+    return {
+        "time": samples.time,
+        "q": samples.configuration,
+        "v": samples.velocity,
+        "a": samples.acceleration,
+        "tau": samples.torque,
+        "foot_contact": samples.contact,
+        "foot_wrench": samples.wrench,
+        "joint_names": np.array(motion.joint_names),
+        "foot_names": np.array(motion.foot_names),
+    }
+
+
+def table_columns(motion: Motion) -> dict[str, Array]:
+    """Return the columns of a table with a header, shape (T,) each."""
+    samples = motion.samples
+    columns = {
+        "time [s]": samples.time,
+        "step": samples.step.astype(np.float64),
+        "phase": motion.step_phase,
+    }
+    groups: Iterable[tuple[str, Sequence[str], str, Array]] = (
+        ("base_", _AXES, "m", samples.base_position),
+        ("base_q", (*_AXES, "w"), "", samples.base_quaternion),
+        ("base_v", _AXES, "m/s", motion.base_velocity[:, :3]),
+        ("base_w", _AXES, "rad/s", motion.base_velocity[:, 3:]),
+    )
+    for name, parts, unit, values in groups:
+        for part, column in zip(parts, values.T, strict=True):
+            columns[f"{name}{part} [{unit}]" if unit else f"{name}{part}"] = column
+    turns = motion.body.revolute[list(motion.rows)]
+    for quantity, per in (("q", ""), ("dq", "/s"), ("ddq", "/s2"), ("torque", "")):
+        for name, turn, column in zip(
+            motion.joint_names, turns, getattr(samples, quantity).T, strict=True
+        ):
+            unit = "N.m" if quantity == "torque" else f"rad{per}"
+            columns[f"{name} {quantity} [{motion_words(unit, slides=not turn)}]"] = column
+    for foot, name in enumerate(motion.foot_names):
+        columns[f"{name} contact"] = samples.contact[:, foot].astype(np.float64)
+        for part, column in zip(_WRENCH, motion.foot_wrench[:, foot].T, strict=True):
+            columns[f"{name} {part} [{'N' if part.startswith('force') else 'N.m'}]"] = column
+    return columns
+
+
+def g1_columns(motion: Motion) -> Array:
+    """Return base position, its quaternion x y z w, and joint angles, shape (T, 7 + n)."""
+    return motion.samples.configuration
+
+
+def motion_record(motion: Motion) -> dict[str, object]:
+    """Return everything of a motion by name: texts, numbers, lists of names and arrays."""
+    samples, gait = motion.samples, motion.gait
+    return {
+        "units": "SI: s, m, rad, N, N.m; sliding joints in m and N",
+        "frames": "world: z against gravity, x along the walk; quaternions x y z w",
+        "robot": motion.body.name,
+        "speed": gait.speed,
+        "lateral_speed": gait.lateral_speed,
+        "turn_rate": gait.turn_rate,
+        "step_duration": gait.trajectory.step_duration,
+        "step_length": gait.step_length,
+        "rate": motion.rate,
+        "joint_names": list(motion.joint_names),
+        "foot_names": list(motion.foot_names),
+        "time": samples.time,
+        "step": samples.step,
+        "phase": motion.step_phase,
+        "base_position": samples.base_position,
+        "base_quaternion": samples.base_quaternion,
+        "base_velocity": motion.base_velocity,
+        "base_acceleration": motion.base_acceleration,
+        "q": samples.q,
+        "dq": samples.dq,
+        "ddq": samples.ddq,
+        "torque": samples.torque,
+        "foot_contact": samples.contact,
+        "foot_wrench": motion.foot_wrench,
+    }
+
+
+def bezier_record(motion: Motion) -> dict[str, object]:
+    """Return both steps as Bezier curves over the share of the step that is over.
+
+    Ends and rates at the ends are exact; between them the curves are the nearest of their degree,
+    and `largest_error` says how far the joints' are off.
+
+    Raises:
+        InputError: it is the motion of a transition.
+    """
+    gait, trajectory = motion.gait, motion.gait.trajectory
+    if isinstance(gait, Transition):
+        raise InputError("a transition has samples; choose another format than 'bezier'")
+    turn = upright(motion.body.gravity)
+    ahead = turn @ trajectory.advance(2).translation / trajectory.period
+    if gait.second is not None:  # a turn goes on along its circle
+        ahead = np.array([gait.speed, gait.lateral_speed, 0.0])
+    found: dict[str, object] = {}
+    sides = ("RightSS", "LeftSS") if _right(motion) == 0 else ("LeftSS", "RightSS")
+    worst = 0.0
+    for step, side in enumerate(sides):
+        T = trajectory.step_duration
+        share = np.linspace(0.0, 1.0, _FITTED)
+        at = trajectory.at(T * (step + share), before=share == 1.0)
+        foot = int(np.flatnonzero(at.contact[0])[0])
+        stance = at.sole[0, foot]
+        base = (at.base_position - stance[:3, 3]) @ turn.T
+        attitude = Rotation.from_matrix(turn) * Rotation.from_quat(at.base_quaternion)
+        euler = np.unwrap(attitude.as_euler("ZYX")[:, ::-1], axis=0)
+        joints = at.q[:, motion.rows]
+        dq = at.dq[:, motion.rows]
+        curve = _bezier(joints, dq[[0, -1]] * T)
+        worst = max(worst, float(np.abs(bernstein(share, _DEGREE) @ curve - joints).max()))
+        velocity = (attitude.apply(at.base_twist[:, :3]), at.base_twist[:, 3:])
+        rates = np.hstack([velocity[0], _euler_rates(euler, velocity[1])])
+        track = _bezier(np.hstack([base, euler]), rates[[0, -1]] * T)
+        landing = (at.sole[-1, 1 - foot, :3, 3] - stance[:3, 3]) @ turn.T
+        found[side] = {
+            "coeff_jt": curve.ravel().tolist(),
+            "coeff_b": track.ravel().tolist(),
+            "step_dur": T,
+            "step_len": landing.tolist(),
+        }
+    return {
+        "vd_x": float(ahead[0]),
+        "vd_y": float(ahead[1]),
+        "joint_names": list(motion.joint_names),
+        "degree": _DEGREE,
+        "largest_error": worst,
+        "robot": motion.body.name,
+        "speed": gait.speed,
+        **found,
+    }
+
+
+def _right(motion: Motion) -> int:
+    """Return which foot is the right one: the other stands to its left."""
+    first = motion.gait.trajectory.at(0.0).sole[0]
+    return 0 if (np.linalg.inv(first[0]) @ first[1])[1, 3] > 0.0 else 1
+
+
+def _bezier(values: Array, rates: Array) -> Array:
+    """Return control points of the curves nearest to samples, shape (degree + 1, n).
+
+    Args:
+        values: at `_FITTED` equidistant shares, shape (N, n).
+        rates: per share, at the start and at the end, shape (2, n).
+    """
+    basis = bernstein(np.linspace(0.0, 1.0, len(values)), _DEGREE)
+    ends = [0, 1, _DEGREE - 1, _DEGREE]
+    points = np.zeros((_DEGREE + 1, values.shape[1]))
+    points[0], points[-1] = values[0], values[-1]
+    points[1], points[-2] = values[0] + rates[0] / _DEGREE, values[-1] - rates[1] / _DEGREE
+    inner = np.setdiff1d(np.arange(_DEGREE + 1), ends)
+    left = values - basis[:, ends] @ points[ends]
+    points[inner] = np.linalg.lstsq(basis[:, inner], left, rcond=None)[0]
+    return points
+
+
+def _euler_rates(euler: Array, own: Array) -> Array:
+    """Return the rates of roll, pitch, yaw (N, 3) for angular velocities in the body's axes."""
+    roll, pitch = euler[:, 0], euler[:, 1]
+    p, q, r = own.T
+    swing = q * np.sin(roll) + r * np.cos(roll)
+    return np.stack(
+        [
+            p + swing * np.tan(pitch),
+            q * np.cos(roll) - r * np.sin(roll),
+            swing / np.cos(pitch),
+        ],
+        axis=1,
+    )
+
+
+def _npz(arrays: Callable[[Motion], Mapping[str, Array]]) -> Callable[[Motion], bytes]:
+    def content(motion: Motion) -> bytes:
+        buffer = io.BytesIO()
+        np.savez(buffer, **arrays(motion))  # type: ignore[arg-type]  # no array is "allow_pickle"
+        return buffer.getvalue()
+
+    return content
+
+
+def _table_text(header: Sequence[str], rows: Array, digits: int) -> bytes:
+    """Return a table as comma-separated values, with a header unless it is empty."""
+    form = ",".join([f"%.{digits}g"] * rows.shape[1]) + "\n"
+    head = io.StringIO()
+    if header:
+        csv.writer(head, lineterminator="\n").writerow(header)
+    lines = [head.getvalue()]
+    lines += [form % tuple(row) for row in rows.tolist()]
+    return "".join(lines).encode()
+
+
+def _table(motion: Motion) -> bytes:
+    columns = table_columns(motion)
+    return _table_text(list(columns), np.stack([*columns.values()], axis=1), 12)
+
+
+def _g1(motion: Motion) -> bytes:
+    return _table_text([], g1_columns(motion), 9)
+
+
+def _json(motion: Motion) -> bytes:
+    entries = []
+    for name, value in motion_record(motion).items():
+        rows = _json_rows(value) if isinstance(value, np.ndarray) else json.dumps(value)
+        entries.append(f"{json.dumps(name)}: {rows}")
+    return ("{\n" + ",\n".join(entries) + "\n}\n").encode()
+
+
+def _json_rows(values: Array) -> str:
+    """Return an array as JSON, numbers with twelve digits."""
+    if values.dtype == bool:
+        return json.dumps(values.tolist())
+    form = "%.12g"
+    for size in reversed(values.shape[1:]):
+        form = "[" + ", ".join([form] * size) + "]"
+    rows = values.reshape(len(values), -1).tolist()
+    return "[" + ", ".join([form % tuple(row) for row in rows]) + "]"
+
+
+def _yaml(motion: Motion) -> bytes:
+    """Return Bezier curves as YAML: a key a line, lists within it as JSON, which YAML reads."""
+    lines = []
+    for key, value in bezier_record(motion).items():
+        if isinstance(value, dict):
+            lines.append(f"{key}:")
+            lines += [f"  {name}: {_flow(one)}" for name, one in value.items()]
+        else:
+            lines.append(f"{key}: {_flow(value)}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _flow(value: object) -> str:
+    """Return a value in one line; readers of YAML 1.1 take 1e-05 for a text, so give it a point."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_flow, value))}]"
+    if isinstance(value, float):
+        text = repr(value)
+        return text.replace("e", ".0e") if "e" in text and "." not in text else text
+    return json.dumps(value)
+
+
+FORMATS: dict[str, MotionFormat] = {
+    form.name: form
+    for form in (
+        MotionFormat("motion", ".npz", 50.0, "mujoco", _npz(tracker_arrays)),
+        MotionFormat("mujoco", ".npz", 100.0, "mujoco", _npz(mujoco_arrays)),
+        MotionFormat("pinocchio", ".npz", 100.0, "gait", _npz(pinocchio_arrays)),
+        MotionFormat("csv", ".csv", 100.0, "gait", _table),
+        MotionFormat("g1-csv", ".csv", 30.0, "g1", _g1),
+        MotionFormat("bezier", ".yaml", 100.0, "gait", _yaml, sampled=False),
+        MotionFormat("json", ".json", 100.0, "gait", _json),
+    )
+}
+"""Forms of motions by name."""
+
 
 INDEX = "index.csv"
 """Table of the motions of a library."""

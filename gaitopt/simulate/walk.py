@@ -20,7 +20,6 @@ from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
-from gaitopt.simulate.controller import Controller, both_feet
 from gaitopt.simulate.disturbance import (
     NONE,
     Delay,
@@ -31,6 +30,7 @@ from gaitopt.simulate.disturbance import (
     pelvis,
 )
 from gaitopt.simulate.mujoco_model import FRICTION, SimulatedRobot, simulated_robot
+from gaitopt.simulate.reference import Controller, both_feet
 from gaitopt.simulate.whole_body import WholeBodyController
 
 STEPS = 20

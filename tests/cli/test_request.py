@@ -7,7 +7,7 @@ from reference_cases import biped
 from gaitopt.cli.config import read_config
 from gaitopt.cli.request import make_request
 from gaitopt.cli.results import task_text
-from gaitopt.design.known_walk import parameters_of
+from gaitopt.design.pipeline import parameters_of
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed

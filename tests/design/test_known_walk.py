@@ -8,9 +8,9 @@ import pytest
 from gaitopt.design import diagnosis as diagnosing
 from gaitopt.design.compare import compare_solvers
 from gaitopt.design.design import design
-from gaitopt.design.known_walk import gone_on
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times
+from gaitopt.design.pipeline import gone_on
 from gaitopt.errors import InputError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem

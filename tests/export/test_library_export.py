@@ -14,7 +14,7 @@ import gaitopt
 from gaitopt.cli.app import app
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait
-from gaitopt.motions.formats import FORMATS
+from gaitopt.motions.export import FORMATS
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from sample_gait import sample_gait
 
 import gaitopt
 from gaitopt import bounds
-from gaitopt.motions.formats import FORMATS
+from gaitopt.motions.export import FORMATS
 from gaitopt.motions.motion import ORDERS
 
 PAGE = DOCS / "motions.md"

@@ -21,7 +21,7 @@ import gaitopt
 from gaitopt.errors import InputError
 from gaitopt.mechanics.spatial import upright
 from gaitopt.model.robot import Robot
-from gaitopt.motions.formats import FORMATS
+from gaitopt.motions.export import FORMATS
 from gaitopt.motions.motion import G1_JOINTS, motion
 
 

@@ -27,9 +27,8 @@ from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.terrain import Slope, Stairs
 from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.reader import read_source
-from gaitopt.mechanics.forward_kinematics import ForwardKinematics
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Trunk
 from gaitopt.mechanics.spatial import upright
-from gaitopt.mechanics.trunk import Trunk
 from gaitopt.model.import_options import ImportOptions, Payload
 from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot

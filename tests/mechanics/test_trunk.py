@@ -5,8 +5,7 @@ from motions import bent_posture, kinematics
 from numerics import check_jacobian, relative_error
 from reference_cases import biped
 
-from gaitopt.mechanics.forward_kinematics import ForwardKinematics
-from gaitopt.mechanics.trunk import Trunk
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Trunk
 
 COUNT = 3
 

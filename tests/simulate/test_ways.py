@@ -18,9 +18,8 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.simulate.battery import directions
-from gaitopt.simulate.controller import both_feet, joint_reference, step_samples
 from gaitopt.simulate.mujoco_model import simulated_robot
-from gaitopt.simulate.reference import Reference
+from gaitopt.simulate.reference import Reference, both_feet, joint_reference, step_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.simulate.stability import stability
 from gaitopt.simulate.walk import WalkOptions, designed_speed, simulate, squared_torque, way_of

@@ -15,8 +15,8 @@ from test_page import browsed
 from gaitopt.errors import InputError
 from gaitopt.view import video
 from gaitopt.view.animation import PUSH, PUSH_SEEN, Replay, ShownPush
+from gaitopt.view.page import simulated_page, write_simulated_page
 from gaitopt.view.page_parts import Section
-from gaitopt.view.simulated_page import simulated_page, write_simulated_page
 from gaitopt.view.video import RATE, pictures, write_video
 
 GAIT = sample_gait()
