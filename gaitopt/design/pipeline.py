@@ -4,10 +4,10 @@
 walk a `Design`. A gait that is known may be the start of a search, too (`gone_on`).
 
 Walks whose double support begins with an impact are found by way of those that touch down at zero
-speed. An impact that both feet take asks a lot: no joint gives an impulse, and each foot's must be inside
-its friction cone and its sole. At many a posture none is but zero, where all limits on it meet and
-no solver settles. So the walk that touches down gently is found first, and an impact only tried
-where there is room for one (docs/decisions/landing.md).
+speed. An impact that both feet take asks a lot: no joint gives an impulse, and each foot's must be
+inside its friction cone and its sole. At many a posture none is but zero, where all limits on it
+meet and no solver settles. So the walk that touches down gently is found first, and an impact only
+tried where there is room for one (docs/decisions/landing.md).
 """
 
 from __future__ import annotations

@@ -17,10 +17,10 @@ own frame (D12' of Eq. 24 at the sole) and I the impulse of the ground on the la
 positive (-I13 of the paper). First derivatives: Eqs. (58)-(62); second ones: docs/derivations.md.
 
 Another impact is that by which a foot that turned about a line of its sole comes to lie flat on the
-ground (`FlatImpact`). The foot turns about its hinge, of unit twist t in the sole frame, at a rate w, the other one
-swings; then the whole sole meets the ground and stays on it. The ground acts on that foot alone and
-no joint gives an impulse, so that with D the inertia matrix, whose rows and columns of the joints
-are M,
+ground (`FlatImpact`). The foot turns about its hinge, of unit twist t in the sole frame, at a rate
+w, the other one swings; then the whole sole meets the ground and stays on it. The ground acts on
+that foot alone and no joint gives an impulse, so that with D the inertia matrix, whose rows and
+columns of the joints are M,
 
     D [ -w t; dq+ - dq- ] = [ I; 0 ]
 

@@ -1,8 +1,8 @@
 """What the whole-body controller follows: tasks of the designed walk while each foot stands.
 
 A step of feedback lasts from touch-down to touch-down. Where both feet of a gait stand at the end
-of its step, they do so here at the begin of the next, on the foot that has landed. Here too is what the simulator asks of any
-controller, and joint PD.
+of its step, they do so here at the begin of the next, on the foot that has landed. Here too is what
+the simulator asks of any controller, and joint PD.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 The table has a line per motor and gait, then a line per motor over all of them with the gaits that
 decide. Torques are in N·m, speeds in rad/s and rpm, powers in W; motors that slide have columns of
-their own, forces in N and speeds in m/s. A figure shows torque over speed: the loop that each motor runs
-through in a stride.
+their own, forces in N and speeds in m/s. A figure shows torque over speed: the loop that each motor
+runs through in a stride.
 """
 
 from __future__ import annotations
