@@ -8,6 +8,7 @@ that size is made.
 
 from __future__ import annotations
 
+import json
 import os
 import select
 import stat
@@ -69,6 +70,7 @@ its hip."""
 
 _READABLE = 10**15
 _PIECE = 2**22  # bytes read at once
+_SHOWN = 120  # characters of a value of a record
 _LONGEST = 60  # characters of a value in a message
 
 
@@ -94,6 +96,12 @@ def shown(value: object) -> str:
     if isinstance(value, int) and abs(value) >= _READABLE:
         return "more than 1e15" if value > 0 else "less than -1e15"
     return repr(value)[:_LONGEST]
+
+
+def shortened(value: object) -> str:
+    """Return a value as JSON for a message, cut where it is long."""
+    text = "none" if value is None else json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def rounded(value: float) -> str:

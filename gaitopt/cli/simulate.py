@@ -1,23 +1,23 @@
-"""`gaitopt simulate`: a gait walked in MuJoCo under feedback."""
+"""`gaitopt simulate`: a gait walked in MuJoCo under feedback, as tables, a page and a film."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 import typer
 from rich.table import Table
 
-from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.atomic import make_directory, taken_by, write_atomically
 from gaitopt.cli.command_options import SimulateOptions
 from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import SUMMARY, require_writable
-from gaitopt.cli.simulated import FRAMES, replays, require_views, write_views
 from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import summarise
 from gaitopt.design.walkability import WeakPoint, weak_points
@@ -25,14 +25,93 @@ from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
-from gaitopt.simulate.battery import Battery, Checked, battery, suspect
-from gaitopt.simulate.disturbance import StartError
-from gaitopt.simulate.mujoco_model import CONTACT_TIME, TIMESTEP
-from gaitopt.simulate.reference import JointPD
+from gaitopt.simulate.battery import PUSHED, Battery, Checked, battery, directions, suspect
+from gaitopt.simulate.disturbance import Push, StartError
+from gaitopt.simulate.mujoco_model import CONTACT_TIME, TIMESTEP, SimulatedRobot, simulated_robot
+from gaitopt.simulate.reference import JointPD, both_feet
 from gaitopt.simulate.second_engine import SecondEngine, second_engine
 from gaitopt.simulate.stability import Stability, stability
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
 from gaitopt.simulate.whole_body import whole_body_walks
+from gaitopt.view.animation import Replay, ShownPush
+from gaitopt.view.page import write_simulated_page
+from gaitopt.view.page_parts import Section
+
+FRAMES = 30.0  # Hz, of the postures that are kept for them
+
+
+def require_views(page: Path | None, video: Path | None) -> None:
+    """Check, before any work, that a page and a video can be written, where they are wanted.
+
+    Raises:
+        InputError: the directory cannot be written, the kind is unknown, or ffmpeg is not there.
+    """
+    for path, option in ((page, "--page"), (video, "--video")):
+        if path is not None:
+            if reason := taken_by(path):
+                raise InputError(f"{option} {path}: {reason}; give the name of a file")
+            require_writable(path.absolute().parent, option)
+    if video is not None:
+        from gaitopt.view.video import require_ffmpeg
+
+        require_ffmpeg(video)
+
+
+def replays(gait: Gait, walk: SimulatedWalk, tried: Battery | None) -> list[Replay]:
+    """Return what can be shown: the undisturbed walk, the disturbed ones, the hardest pushes."""
+    robot = simulated_robot(gait.trajectory.body)
+    found = [_replay(robot, "undisturbed", walk)]
+    if tried is not None:
+        found += [_replay(robot, one.check.name, one.walk) for one in tried.checks]
+        along = directions(gait)
+        for limit in tried.pushes:
+            if limit.walk is not None:
+                x, y, z = (limit.impulse * along[limit.direction]).tolist()
+                push, name = Push((x, y, z), step=PUSHED), f"{limit.impulse:.0f} N·s"
+                name = f"pushed {limit.direction}, {name}"
+                found.append(_replay(robot, name, limit.walk, _shown(gait, limit.walk, push)))
+    return found
+
+
+def _shown(gait: Gait, walk: SimulatedWalk, push: Push) -> ShownPush:
+    landed = float(walk.times[: push.step].sum()) - both_feet(gait.trajectory)
+    begins = landed + push.phase * gait.duration
+    return ShownPush(begins, push.impulse)
+
+
+def _replay(robot: SimulatedRobot, name: str, walk: SimulatedWalk, *pushes: ShownPush) -> Replay:
+    ending = walk.ending.value if walk.walked else f"{walk.ending.value} in step {walk.steps + 1}"
+    configuration = robot.configuration(walk.motion[:, 1:])
+    return Replay(name, ending, walk.motion[:, 0], configuration, pushes)
+
+
+def write_views(
+    gait: Gait,
+    shown: list[Replay],
+    tables: Iterable[Table],
+    page: Path | None,
+    video: Path | None,
+) -> Iterator[Path]:
+    """Write the page and the video that are wanted; each path is told as it is written.
+
+    Raises:
+        InputError: there are too many steps, or a file cannot be written.
+        RobotError: the robot cannot be drawn.
+    """
+    if page is not None:
+        yield write_simulated_page(gait, shown, map(_section, tables), page)
+    if video is not None:
+        from gaitopt.view.video import write_video
+
+        yield write_video(gait, [one for one in shown if one.pushes or one is shown[0]], video)
+
+
+def _section(table: Table) -> Section:
+    """Return a table of the terminal as one of the page."""
+    heads = [f"{'>' if c.justify == 'right' else ''}{c.header}" for c in table.columns]
+    rows = zip(*([str(cell) for cell in column.cells] for column in table.columns), strict=True)
+    return Section(str(table.title), tuple(heads), tuple(rows))
+
 
 _DECIMALS = 4  # of what is told in SI units: what is nothing is told as 0
 CONTROLLERS: dict[str, Callable[[], MakeController]] = {

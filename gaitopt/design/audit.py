@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from gaitopt.bounds import shortened
 from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.pipeline import with_instants_of
@@ -27,7 +27,6 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array, kkt_residual
 from gaitopt.tolerances import OPTIMALITY, SAME
 
-MOST_SHOWN = 120  # characters of a choice
 ROBOT_FACTS = ("robot", "mass", "leg_length", "physics", "sole", "limits")
 _FACTS = (*ROBOT_FACTS, "cost", "step_length", "duration")
 
@@ -176,7 +175,7 @@ def imposed(problem: WalkProblem) -> tuple[str, ...]:
     if (terrain := problem.task.terrain) is not None:
         found.append(f"terrain '{terrain.name}'{_from(extension_record(terrain))}")
     choices = choices_record(problem.robot.choices)
-    found += [f"choice {name}: {_short(value)}" for name, value in choices.items()]
+    found += [f"choice {name}: {shortened(value)}" for name, value in choices.items()]
     return tuple(found)
 
 
@@ -184,7 +183,7 @@ def _from(record: Mapping[str, Any]) -> str:
     """Where a constraint, a cost or a terrain comes from, and the values of its fields."""
     plugin, values = record.get("plugin"), record["fields"]
     said = "" if plugin is None else f" of the plugin {plugin['file']}"
-    return said + "".join(f", {name} {_short(value)}" for name, value in values.items())
+    return said + "".join(f", {name} {shortened(value)}" for name, value in values.items())
 
 
 def _changed_plugins(gait: Gait, problem: WalkProblem) -> Iterator[str]:
@@ -206,11 +205,6 @@ def _plugins(task: Mapping[str, Any]) -> dict[str, str]:
     records = [task.get("cost"), task.get("terrain"), *(own if isinstance(own, list) else [])]
     plugins = [one.get("plugin") for one in records if isinstance(one, Mapping)]
     return {str(p.get("file")): str(p.get("sha256")) for p in plugins if isinstance(p, Mapping)}
-
-
-def _short(value: object) -> str:
-    text = json.dumps(value, ensure_ascii=False, default=str)
-    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
 
 
 def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gaitopt.contact.schedule import AFTER, Schedule, Symmetry
+from gaitopt.contact import AFTER, Schedule, Symmetry
 from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
 from gaitopt.design.extremes import Extreme, located

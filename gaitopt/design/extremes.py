@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from gaitopt.contact.schedule import AFTER
+from gaitopt.contact import AFTER
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.grid import NODES, Grid, chebyshev_points

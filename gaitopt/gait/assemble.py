@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.contact.schedule import Schedule
+from gaitopt.contact import Schedule
 from gaitopt.gait import quantities
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.double_step import DoubleStepModel

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.bounds import NUMBER, shown
-from gaitopt.contact.schedule import Schedule
+from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction

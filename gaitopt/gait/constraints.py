@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
-from gaitopt.contact.mode import ContactMode, FlatFoot
-from gaitopt.contact.schedule import AFTER
+from gaitopt.contact import AFTER, ContactMode, FlatFoot
 from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (

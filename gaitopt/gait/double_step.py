@@ -24,7 +24,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.contact.schedule import shared_knots
+from gaitopt.contact import shared_knots
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities

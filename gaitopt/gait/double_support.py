@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.contact.mode import Hinge
+from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.parameters import (

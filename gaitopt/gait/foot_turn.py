@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitopt.contact.schedule import Schedule
+from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.gait.spline import SplineBasis, spline_basis
 from gaitopt.nlp import Array

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, NUMBER, too_large
-from gaitopt.contact.mode import FlatFoot
-from gaitopt.contact.schedule import LegExchange, PhaseEnd
+from gaitopt.contact import FlatFoot, LegExchange, PhaseEnd
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.bounds import SAMPLES, at_most, shown
-from gaitopt.contact.schedule import AFTER
+from gaitopt.contact import AFTER
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.contact.mode import Hinge
+from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities

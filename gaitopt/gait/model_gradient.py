@@ -26,7 +26,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.contact.mode import Hinge
+from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture, PostureDerivatives

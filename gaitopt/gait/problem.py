@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from gaitopt.bounds import shown
-from gaitopt.contact.schedule import Schedule
+from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait import quantities

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.bounds import INSTANTS, NUMBER, at_most
-from gaitopt.contact.mode import FlatFoot
-from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.contact import BOTH_FEET, FlatFoot
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second

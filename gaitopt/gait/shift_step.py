@@ -19,7 +19,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.contact.schedule import AFTER, Schedule
+from gaitopt.contact import AFTER, Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.grid import Grid

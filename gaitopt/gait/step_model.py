@@ -17,7 +17,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.contact.schedule import Schedule
+from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities

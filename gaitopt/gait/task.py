@@ -12,8 +12,7 @@ from functools import cached_property, partial
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
-from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
-from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
+from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraint import (

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
-from gaitopt.contact.mode import FlatFoot
-from gaitopt.contact.schedule import PhaseEnd
+from gaitopt.contact import FlatFoot, PhaseEnd
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.gait_file import (
     BENT,

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.contact.mode import ContactMode
+from gaitopt.contact import ContactMode
 from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.reroot import joint_axes

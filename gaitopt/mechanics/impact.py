@@ -37,7 +37,7 @@ import numpy as np
 import pinocchio as pin
 from eigenpy import PartialPivLU
 
-from gaitopt.contact.mode import Hinge
+from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.mechanics.forward_kinematics import body_inertias

@@ -17,7 +17,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source
-from gaitopt.model.chain import build_chain
+from gaitopt.model.chain import build_chain, size_doubts
 from gaitopt.model.chain_physics import ChainPhysics
 from gaitopt.model.coupling import Coupling, couple
 from gaitopt.model.import_options import ImportOptions
@@ -29,7 +29,6 @@ from gaitopt.model.legs.reference_posture import posture_doubts
 from gaitopt.model.linkage import Linkage
 from gaitopt.model.multibody import Multibody, multibody
 from gaitopt.model.scales import Scales
-from gaitopt.model.sizes import size_doubts
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.actuators.motors import motor_table_of
+from gaitopt.bounds import shortened
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.design.options import DesignOptions
@@ -186,7 +187,7 @@ def _points(there: Mapping[str, Any], asked: Mapping[str, Any]) -> str | None:
     found = first_difference(there["axes"], asked["axes"])
     if found is not None:
         (name, *_), old, new = found
-        return f"its values of {name} are {_short(old)}, asked for are {_short(new)}"
+        return f"its values of {name} are {shortened(old)}, asked for are {shortened(new)}"
     if there["seeds"] != asked["seeds"]:
         return "it began at other points than is asked for"
     return None
@@ -223,14 +224,9 @@ def first_difference(there: Any, asked: Any) -> Found | None:
 
 def _compared(path: Entry, old: object, new: object) -> str:
     name = " ".join(filter(None, path))
-    return f"{name} is {_short(old)}, asked for is {_short(new)}"
+    return f"{name} is {shortened(old)}, asked for is {shortened(new)}"
 
 
 def _name(urdf: str) -> str:
     found = re.search(r"<(?:robot|mujoco)\b[^>]*?\b(?:name|model)\s*=\s*[\"']([^\"']*)", urdf)
     return found[1] if found else "without a name"
-
-
-def _short(value: object) -> str:
-    text = "none" if value is None else json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= 60 else f"{text[:57]}..."

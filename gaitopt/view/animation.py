@@ -14,8 +14,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
-from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
-from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import Ground, ground_of

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
-from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.gait.transition import Transition
 

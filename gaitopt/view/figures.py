@@ -7,8 +7,10 @@ Motion as stick figures (Figs. 4 and 9), ground force and friction (Fig. 5), cen
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +20,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
 from gaitopt.atomic import make_directory, write_atomically
-from gaitopt.design.summary import group_name, joint_groups, partner
+from gaitopt.design.summary import group_name, joint_groups
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.recorded import Recorded, ground_of
@@ -133,11 +135,6 @@ def reach(sticks: StickFigures, view: int) -> Array:
     return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
 
 
-def panel_joints(gait: Recorded) -> list[int]:
-    """Return one joint of each pair: the stance leg's from the hip down, then all others."""
-    return [group[0] for group in joint_groups(gait)]
-
-
 def joint_panels(count: int, title: str, more: bool = False) -> tuple[Figure, list[Axes]]:
     """Return a figure with panels for the joints, in rows, and space for a legend below.
 
@@ -182,7 +179,7 @@ def draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
         return []
     used = np.abs(values).max(axis=0) / limits
     colour = LIMIT if used.max() >= 0.999 else "#555555"
-    share = f"limit {limit:.4g}: {100.0 * used[0]:.0f} % / {100.0 * used[1]:.0f} %"
+    share = f"limit {limit:.4g}: {' / '.join(f'{100.0 * one:.0f} %' for one in used)}"
     near = [side * limit for side in (-1, 1) if limit < _FAR * (side * values).max()]
     axes.set_title(share, loc="right", fontsize=7.5, color=colour)
     for line in near:
@@ -198,7 +195,7 @@ def scale(axes: Axes, shown: Array, largest: float) -> None:
     axes.set_ylim(low - space, high + space)
 
 
-def share_legend(figure: Figure, panels: list[Axes], legs: str = "stance / swing leg") -> None:
+def share_legend(figure: Figure, panels: list[Axes], legs: str) -> None:
     """Write one legend of whatever is drawn in any panel."""
     found = {
         label: handle
@@ -276,55 +273,6 @@ def _transition_forces(transition: Transition) -> Figure:
     label_axes(above, "", "normal force [N]")
     label_axes(below, "time [s]", "friction [-]")
     figure.suptitle(f"{_title(transition)}: force of the ground on the feet")
-    return figure
-
-
-def _transition_torques(transition: Transition) -> Figure:
-    """Draw the torques of the joints of either leg against their limits."""
-    limits = transition.joint_limit("torque")
-    return _transition_grid(transition, "torque", limits, "torque [N·m]", "joint torques")
-
-
-def _transition_rates(transition: Transition) -> Figure:
-    """Draw the rates of the joints of either leg against their limits."""
-    limits = transition.joint_limit("speed")
-    return _transition_grid(transition, "dq", limits, "rate [rad/s]", "joint rates")
-
-
-def _transition_angles(transition: Transition) -> Figure:
-    """Draw the angles of the joints of either leg."""
-    return _transition_grid(transition, "q", None, "angle [rad]", "joint angles")
-
-
-TRANSITION_FIGURES: dict[str, Callable[[Transition], Figure]] = {
-    "ground_force": _transition_forces,
-    "torques": _transition_torques,
-    "rates": _transition_rates,
-    "angles": _transition_angles,
-    "walk": _transition_walk,
-}
-
-
-def _transition_grid(
-    transition: Transition, name: str, limits: Array | None, unit: str, title: str
-) -> Figure:
-    """Draw panels from hip to ankle, in each the joint of both legs, in its own scale."""
-    times, samples = _samples(transition)
-    names = transition.trajectory.joint_names
-    values = getattr(samples, name)[:, [names.index(one) for one in transition.joint_names]]
-    groups = joint_groups(transition)
-    figure, panels = joint_panels(len(groups), f"{_title(transition)}: {title}")
-    for panel, (axes, group) in enumerate(zip(panels, groups, strict=True)):
-        axes.axhline(0.0, color=RULE, linewidth=0.8)
-        sides = _sides(transition) if len(group) > 1 else ("middle",)
-        for joint, side, colour in zip(group, sides, (STANCE, SWING), strict=False):
-            axes.plot(times, values[:, joint], color=colour, linewidth=1.2, label=side)
-        own = list(group)
-        drawn = [] if limits is None else draw_limit(axes, values[:, own], limits[own])
-        scale(axes, np.append(values[:, own], drawn), float(np.abs(values).max()))
-        _mark(axes, transition)
-        name_panel(axes, panel, len(groups), unit, group_name(transition, group[0]))
-    share_legend(figure, panels, " / ".join(_sides(transition)))
     return figure
 
 
@@ -470,40 +418,53 @@ def _mark_phases(axes: Axes, gait: Gait) -> None:
         axes.axvline(phase.begin, color=RULE, linewidth=0.8, linestyle=":")
 
 
-def torque_figure(gait: Gait) -> Figure:
-    """Draw the torques of the joints against their limits, stance leg on swing leg."""
-    return _grid(gait, "torque", gait.joint_limit("torque"), "torque [N·m]", "Joint torques")
+def _joint_figure(
+    gait: Gait | Transition, name: str, limit: str | None, unit: str, title: str
+) -> Figure:
+    """Draw panels from hip to ankle, in each the joint of both legs, in its own scale.
 
-
-def rate_figure(gait: Gait) -> Figure:
-    """Draw the rates of the joints against their limits, stance leg on swing leg."""
-    return _grid(gait, "dq", gait.joint_limit("speed"), "rate [rad/s]", "Joint rates")
-
-
-def angle_figure(gait: Gait) -> Figure:
-    """Draw the angles of the joints, stance leg on swing leg."""
-    return _grid(gait, "q", None, "angle [rad]", "Joint angles")
-
-
-def _grid(gait: Gait, name: str, limits: Array | None, unit: str, title: str) -> Figure:
-    """Draw panels from hip to ankle, in each the joint of both legs, in its own scale."""
-    values = np.concatenate([getattr(one, name) for one in gait.steps])
-    joints = panel_joints(gait)
-    wide = len(gait.phases) > 1 or gait.second is not None
-    figure, panels = joint_panels(len(joints), title, wide)
-    for panel, (axes, stance) in enumerate(zip(panels, joints, strict=True)):
-        both = [stance, partner(gait, stance)]
+    Args:
+        gait: what is drawn.
+        name: of an array of gaits and of samples.
+        limit: kind of its limits, as of `Recorded.joint_limit`.
+        unit: of the axis, with what it shows.
+        title: what all panels show.
+    """
+    curves, groups = _curves(gait, name), joint_groups(gait)
+    limits = None if limit is None else gait.joint_limit(limit)
+    whole = np.concatenate([values for _, values, _, _ in curves])
+    if isinstance(gait, Transition):
+        title, wide = f"{_title(gait)}: joint {title}", False
+    else:
+        title, wide = f"Joint {title}", len(gait.phases) > 1 or gait.second is not None
+    figure, panels = joint_panels(len(groups), title, wide)
+    for panel, (axes, group) in enumerate(zip(panels, groups, strict=True)):
         axes.axhline(0.0, color=RULE, linewidth=0.8)
-        for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False):
-            at, later = getattr(own, name), words if gait.second is not None else ""
-            axes.plot(own.time, at[:, both[0]], line, color=STANCE, label=f"stance leg{later}")
-            axes.plot(own.time, at[:, both[1]], line, color=SWING, label=f"swing leg{later}")
-        drawn = [] if limits is None else draw_limit(axes, values[:, both], limits[both])
-        scale(axes, np.append(values[:, both], drawn), float(np.abs(values).max()))
-        _mark_phases(axes, gait)
-        name_panel(axes, panel, len(joints), unit, group_name(gait, stance))
-    share_legend(figure, panels)
+        for times, values, line, legs in curves:
+            names = legs if len(group) > 1 else ("middle",)
+            for joint, leg, colour in zip(group, names, (STANCE, SWING), strict=False):
+                axes.plot(times, values[:, joint], line, color=colour, label=leg)
+        own = list(group)
+        drawn = [] if limits is None else draw_limit(axes, whole[:, own], limits[own])
+        scale(axes, np.append(whole[:, own], drawn), float(np.abs(whole).max()))
+        _mark(axes, gait) if isinstance(gait, Transition) else _mark_phases(axes, gait)
+        name_panel(axes, panel, len(groups), unit, group_name(gait, group[0]))
+    legs = _sides(gait) if isinstance(gait, Transition) else ("stance", "swing leg")
+    share_legend(figure, panels, " / ".join(legs))
     return figure
+
+
+def _curves(gait: Gait | Transition, name: str) -> list[tuple[Array, Array, str, tuple[str, str]]]:
+    """Return times (N,), values of the joints (N, J), style and names of both legs, by curve."""
+    if isinstance(gait, Transition):
+        times, samples = _samples(gait)
+        names = gait.trajectory.joint_names
+        values = getattr(samples, name)[:, [names.index(one) for one in gait.joint_names]]
+        return [(times, values, "-", _sides(gait))]
+    return [
+        (own.time, getattr(own, name), line, (f"stance leg{words}", f"swing leg{words}"))
+        for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False)
+    ]
 
 
 def _which(gait: Gait) -> str:
@@ -625,13 +586,23 @@ def _margin(cop: Array, corners: Array) -> float:
     return float(min((cop - low).min(), (high - cop).min()))
 
 
+_OF_JOINTS: dict[str, Callable[[Any], Figure]] = {
+    "torques": partial(
+        _joint_figure, name="torque", limit="torque", unit="torque [N·m]", title="torques"
+    ),
+    "rates": partial(_joint_figure, name="dq", limit="speed", unit="rate [rad/s]", title="rates"),
+    "angles": partial(_joint_figure, name="q", limit=None, unit="angle [rad]", title="angles"),
+}
+TRANSITION_FIGURES: dict[str, Callable[[Transition], Figure]] = {
+    "ground_force": _transition_forces,
+    **_OF_JOINTS,
+    "walk": _transition_walk,
+}
 FIGURES: dict[str, Callable[[Gait], Figure]] = {
     "step": step_figure,
     "ground_force": force_figure,
     "cop": cop_figure,
-    "torques": torque_figure,
-    "rates": rate_figure,
-    "angles": angle_figure,
+    **_OF_JOINTS,
     "walk": walking_figure,
 }
 

@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import STEPS, at_most
-from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.contact import BOTH_FEET
 from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import by_motion, payload_words, proof_rows, summarise
 from gaitopt.errors import GaitoptError

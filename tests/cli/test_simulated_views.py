@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sample_gait import sample_gait
 
-from gaitopt.cli.simulated import replays
+from gaitopt.cli.simulate import replays
 from gaitopt.simulate import battery as trials
 from gaitopt.simulate.battery import CHECKS, PUSHED, Battery, PushLimit
 from gaitopt.simulate.disturbance import Disturbance, Push

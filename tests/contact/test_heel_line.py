@@ -7,8 +7,7 @@ import pinocchio as pin
 import pytest
 from numerics import check_differences, jacobian_difference, relative_error, steps
 
-from gaitopt.contact.mode import FlatFoot, HeelLine
-from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
+from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule
 from gaitopt.design.certificate import ask_referee, fine_grid
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait

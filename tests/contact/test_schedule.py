@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
-from gaitopt.contact.mode import FlatFoot, HeelLine, ToeLine
-from gaitopt.contact.schedule import AFTER, LegExchange, Phase, PhaseEnd, Schedule
+from gaitopt.contact import (
+    AFTER,
+    FlatFoot,
+    HeelLine,
+    LegExchange,
+    Phase,
+    PhaseEnd,
+    Schedule,
+    ToeLine,
+)
 from gaitopt.errors import InputError
 from gaitopt.gait.grid import phase_grid, uniform_grid
 from gaitopt.gait.task import Task

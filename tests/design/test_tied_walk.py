@@ -28,7 +28,7 @@ from gaitopt.simulate.disturbance import SensorNoise, StartError, disturbed_star
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import second_engine, sole_jacobian
 from gaitopt.simulate.walk import Ending, WalkOptions, simulate
-from gaitopt.view.figures import torque_figure
+from gaitopt.view.figures import make_figure
 
 
 @functools.cache
@@ -139,7 +139,7 @@ def test_mujoco_holds_the_ties():
 
 def test_a_panel_is_drawn_for_each_pair_and_for_the_shared_motor():
     gait = walked("NAO's hips").gait
-    drawn = [axes for axes in torque_figure(gait).axes if axes.get_visible()]
+    drawn = [axes for axes in make_figure(gait, "torques").axes if axes.get_visible()]
     assert len(drawn) == 6
 
 

@@ -12,7 +12,7 @@ from walks import walk
 
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.cli.report import print_gait
-from gaitopt.contact.schedule import PhaseEnd
+from gaitopt.contact import PhaseEnd
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Search, attempt, carried_over, gentle, impact_possible

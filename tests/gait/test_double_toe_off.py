@@ -16,8 +16,7 @@ from walk_checks import (
 )
 from walks import walk
 
-from gaitopt.contact.mode import FlatFoot, ToeLine
-from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
+from gaitopt.contact import FlatFoot, Phase, PhaseEnd, Schedule, ToeLine
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions

@@ -19,7 +19,7 @@ from walk_checks import (
 from walks import walk
 
 from gaitopt.cli.report import print_gait
-from gaitopt.contact.schedule import PhaseEnd
+from gaitopt.contact import PhaseEnd
 from gaitopt.design.certificate import certify
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions

@@ -8,8 +8,7 @@ import pytest
 from numerics import check_jacobian, relative_error
 from tied_bipeds import tied
 
-from gaitopt.contact.mode import HeelLine
-from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
+from gaitopt.contact import HeelLine, Phase, PhaseEnd, Schedule
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import ask_referee
 from gaitopt.design.design import design

@@ -9,7 +9,7 @@ from numerics import relative_error
 from walk_checks import FORCE_MIRROR, check_base_moves_as_its_twist_says
 from walks import walk
 
-from gaitopt.contact.schedule import AFTER
+from gaitopt.contact import AFTER
 from gaitopt.design.certificate import ask_referee, certify
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions

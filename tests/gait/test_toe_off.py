@@ -9,7 +9,7 @@ from numerics import relative_error
 from walk_checks import FORCE_MIRROR, check_base_moves_as_its_twist_says
 from walks import walk
 
-from gaitopt.contact.schedule import AFTER
+from gaitopt.contact import AFTER
 from gaitopt.design.summary import summarise
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait import quantities

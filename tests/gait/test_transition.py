@@ -11,7 +11,7 @@ from strides import check_slopes
 from synthetic_bipeds import synthetic
 from transitions import ALONE, from_rest, to_rest, walk
 
-from gaitopt.contact.schedule import AFTER
+from gaitopt.contact import AFTER
 from gaitopt.design.audit import problem_of
 from gaitopt.design.transition import (
     design_transition,

@@ -6,7 +6,7 @@ import pytest
 from numerics import relative_error
 from synthetic_bipeds import synthetic
 
-from gaitopt.contact.mode import FlatFoot, ToeLine
+from gaitopt.contact import FlatFoot, ToeLine
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, Turning
 from gaitopt.mechanics.single_support import SingleSupport

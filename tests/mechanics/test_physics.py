@@ -10,7 +10,7 @@ from motions import random_motion
 from numerics import check_jacobian, relative_error
 from places import CASES
 
-from gaitopt.contact.mode import ToeLine
+from gaitopt.contact import ToeLine
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.mdh_chain import turned

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from transitions import from_rest, to_rest
 
-from gaitopt.contact.schedule import BOTH_FEET
+from gaitopt.contact import BOTH_FEET
 from gaitopt.view.animation import transition_frames
 from gaitopt.view.contacts import COLOURS
 from gaitopt.view.curves import curves

@@ -1,1 +1,0 @@
-"""How a foot can stand, and the schedule of a step: its phases and its symmetry."""
