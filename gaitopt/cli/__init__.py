@@ -10,12 +10,14 @@ at Python's 700, looking for cycles takes a sixteenth of their time, at 50000 st
 
 def main() -> None:
     """Run the command line; the process ends with an exit code of `gaitopt.cli.process`."""
+    import atexit
     import gc
 
     from gaitopt.cli.beginning import quit_on_signals
 
     quit_on_signals()
     gc.set_threshold(_OBJECTS)  # a walk makes few cycles, and classes of modules stay
+    atexit.register(gc.freeze)  # nor are they looked through at the end: 7 % of a command (measured)
     from gaitopt.cli.app import run
 
     run()
