@@ -36,6 +36,7 @@ DEPTH = 10  # divisions of a piece, at most: then it is a microsecond long
 MOST_PARTS = (
     256  # of all pieces, made at once: walks need some tens, parameters that are none a million
 )
+KEPT = 4  # walks at the nodes of parts, and limits that are looked at
 CLOSE = 1e-2  # scaled distance: extremes farther from their limit are of no interest
 
 
@@ -179,10 +180,7 @@ def _resolved(fine: WalkProblem, parameters: bytes) -> list[_Piece]:
         if PARTS * len(unclear) > MOST_PARTS:
             break
         parts = [bounds for piece in unclear for bounds in _parts(piece)]
-        points = 0.5 * (chebyshev_points(NODES) + 1.0)
-        instants = np.concatenate([start + points * (end - start) for start, end in parts])
-        grid = Grid(instants, np.full(instants.size, 1.0 / instants.size), instants.size)
-        finer = fine.with_grid(grid)
+        finer = _divided(fine, tuple(parts))
         margins = _sides(finer).margins(finer, x)
         made = iter(np.split(margins, len(parts)))
         pieces = [
@@ -195,6 +193,15 @@ def _resolved(fine: WalkProblem, parameters: bytes) -> list[_Piece]:
             )
         ]
     return pieces
+
+
+@lru_cache(maxsize=KEPT)
+def _divided(fine: WalkProblem, parts: tuple[tuple[float, float], ...]) -> WalkProblem:
+    """Return the walk at the nodes of parts of the step, kept as walks alike are divided alike."""
+    points = 0.5 * (chebyshev_points(NODES) + 1.0)
+    instants = np.concatenate([start + points * (end - start) for start, end in parts])
+    weights = np.full(instants.size, 1.0 / instants.size)
+    return fine.with_grid(Grid(instants, weights, instants.size))
 
 
 def _unclear(piece: _Piece) -> bool:
@@ -232,7 +239,7 @@ def _dense_points() -> Array:
     return -np.cos(np.linspace(0.0, np.pi, DENSE))
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=KEPT)
 def _sides(problem: WalkProblem) -> _Sides:
     """Return the limits of the constraints that look at every instant inside the step."""
     instants = problem.grid.instants
