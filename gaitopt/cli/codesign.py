@@ -33,7 +33,7 @@ from gaitopt.cli.request import (
     make_robot,
     make_task,
 )
-from gaitopt.cli.results import require_writable
+from gaitopt.cli.results import keep_files, require_writable
 from gaitopt.cli.size import MOTOR_FILE, motors_text
 from gaitopt.design.codesign import (
     RATIO,
@@ -77,6 +77,8 @@ def run(given: Settings, asked: CodesignOptions) -> None:
     """
     directory, quiet = asked.output, asked.quiet
     require_writable(directory)
+    names = (TRIALS, SPEC, CHOICES, MOTOR_FILE)
+    keep_files(directory, names, (asked.config, *given.values()))
     study, base = _study_of(given, asked)
     options, starts = base.options, base.starts
     out = screen()

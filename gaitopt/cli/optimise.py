@@ -24,7 +24,16 @@ from gaitopt.cli.process import (
 )
 from gaitopt.cli.report import print_doubts, print_gait
 from gaitopt.cli.request import Request, make_request
-from gaitopt.cli.results import require_writable, save_elsewhere, write_results
+from gaitopt.cli.results import (
+    CHOICES,
+    GAIT,
+    TASK,
+    URDF,
+    keep_files,
+    require_writable,
+    save_elsewhere,
+    write_results,
+)
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times, searched_times
@@ -61,6 +70,7 @@ def run(given: Settings, options: OptimiseOptions) -> None:
     output, figures, quiet = options.output, options.figures, options.quiet
     if output is not None:
         require_writable(output)
+        keep_files(output, (GAIT, URDF, CHOICES, TASK), (options.config, *given.values()))
     else:
         alone = {"--figures": figures, "--no-page": not options.page}
         refuse_options(alone, "with --output DIR")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import is_dataclass
 from pathlib import Path
@@ -170,6 +170,32 @@ def require_writable(directory: Path, option: str = "--output") -> None:
         for path in missing:
             with suppress(OSError):
                 path.rmdir()
+
+
+def keep_files(directory: Path, results: Sequence[str], read: Iterable[object]) -> None:
+    """Check, before any work, that no result takes the place of a file of the user's.
+
+    Args:
+        directory: of the results.
+        results: their names; where the first one is, an earlier run wrote them, and they are
+            replaced.
+        read: paths of files that the command reads, which are kept whoever wrote them; what is no
+            path is passed over.
+
+    Raises:
+        InputError: one would.
+    """
+    for path in (directory / name for name in results):
+        reason = "" if (directory / results[0]).exists() else "which no earlier run wrote"
+        for one in read:
+            with suppress(OSError, ValueError):  # told where it is read
+                if isinstance(one, Path) and path.samefile(one):
+                    reason = "which is read"
+        if reason and path.exists():
+            raise InputError(
+                f"--output {directory}: a result would replace '{path}', {reason}; give another "
+                "directory, or move the file"
+            )
 
 
 def require_files(*files: tuple[Path | None, str]) -> None:

@@ -13,7 +13,7 @@ from gaitopt.cli.command_options import SizeOptions
 from gaitopt.cli.display import NARROW, new_table, screen
 from gaitopt.cli.process import stop_on_interrupt
 from gaitopt.cli.requirements import gaits_of
-from gaitopt.cli.results import require_writable
+from gaitopt.cli.results import keep_files, require_writable
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.sizing import RESERVE, Choice, read_catalogue, size
@@ -38,6 +38,8 @@ def run(asked: SizeOptions) -> None:
     require_writable(directory)
     known = read_catalogue(asked.catalogue)
     gaits = gaits_of(asked.gait)
+    names = [f"{number}.npz" for number in range(1, len(gaits) + 1)]
+    keep_files(directory, (*names, MOTOR_FILE), (*asked.gait, asked.catalogue))
     out = screen()
 
     def told(choices: tuple[Choice, ...]) -> None:
@@ -72,15 +74,11 @@ def run(asked: SizeOptions) -> None:
     make_directory(directory)
     text = motors_text(found.table, "size")
     motors_of(text)
-    write_atomically(directory / MOTOR_FILE, text.encode())
-    for number, (label, gait) in enumerate(found.gaits.items(), 1):
+    for name, (label, gait) in zip(names, found.gaits.items(), strict=True):
         verdict = "certified" if gait.certified else "not certified"
-        save_gait(gait, directory / f"{number}.npz")
-        out.print(
-            f"{directory / f'{number}.npz'}: {label}, {gait.cost:.6g} {gait.cost_unit}, {verdict}",
-            soft_wrap=True,
-        )
-    out.print(f"wrote {directory / MOTOR_FILE}", soft_wrap=True)
+        path = save_gait(gait, directory / name)
+        out.print(f"{path}: {label}, {gait.cost:.6g} {gait.cost_unit}, {verdict}", soft_wrap=True)
+    out.print(f"wrote {write_atomically(directory / MOTOR_FILE, text.encode())}", soft_wrap=True)
 
 
 def motors_text(table: MotorTable, command: str) -> str:

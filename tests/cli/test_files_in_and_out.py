@@ -2,20 +2,24 @@
 
 import itertools
 import os
+import shutil
 import threading
 import time
 from pathlib import Path
 
 import pytest
 import typer.main
+from places import EXAMPLES
+from sample_gait import sample_gait
 
 from gaitopt import bounds
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import read_bounded
 from gaitopt.cli import command_options
 from gaitopt.cli.app import app
-from gaitopt.cli.results import require_files
+from gaitopt.cli.results import keep_files, require_files
 from gaitopt.errors import InputError
+from gaitopt.gait.gait_file import save_gait
 from gaitopt.settings import FILE, FILES, declared
 from gaitopt.sweep.library import DAMAGED, file_fault
 
@@ -65,6 +69,41 @@ def test_no_command_writes_what_it_reads(cli, tmp_path, monkeypatch, name, targe
     if source.name != "plugin":  # which is read first, for the options that it brings
         assert f"{target.option} {file}: it is " in result.stderr
         assert "which is kept as it is; give another name to write" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "name", "earlier"),
+    [
+        (("optimise",), "task.toml", "gait.npz"),
+        (("optimise", "--robot", "paper"), "robot.urdf", "gait.npz"),
+        (("codesign", "--vary", "shin=25cm:35cm"), "spec.toml", "trials.jsonl"),
+        (("size", "--catalogue", "catalogue.toml"), "motors.toml", "1.npz"),
+    ],
+)
+def test_files_of_the_user_are_not_replaced_by_results(
+    cli, tmp_path, monkeypatch, words, name, earlier
+):
+    monkeypatch.chdir(tmp_path)
+    if words[0] == "size":
+        save_gait(sample_gait(), "gait.npz")
+        shutil.copy(EXAMPLES / "catalogue.toml", "catalogue.toml")
+        words = (*words, "gait.npz")
+    before = "of the user"
+    Path(name).write_text(before)
+    refused = cli(*words, "-o", ".")
+    assert refused.exit_code == 2
+    assert f"a result would replace '{name}', which no earlier run wrote" in refused.stderr
+    assert "give another directory, or move the file" in refused.stderr
+    assert Path(name).read_text() == before
+    keep_files(tmp_path / "new", (earlier, name), ())
+    Path(earlier).touch()
+    keep_files(tmp_path, (earlier, name), ())
+    with pytest.raises(InputError, match=f"would replace '.*{name}', which is read"):
+        keep_files(
+            tmp_path,
+            (earlier, name),
+            (None, 1.0, Path("none"), tmp_path / ".." / tmp_path.name / name),
+        )
 
 
 def test_every_file_that_is_written_is_known_as_such():
