@@ -33,6 +33,7 @@ from gaitopt.units import motion_words
 _AXES = ("x", "y", "z")
 _WRENCH = tuple(f"{part}_{axis}" for part in ("force", "moment") for axis in _AXES)
 _DEGREE = 7  # of Bezier curves: that of published gait libraries
+_AT_ONCE = 1000  # rows of a table that are written at once
 _FITTED = 101  # instants of a step to which a Bezier curve is fitted
 _BASE = 6  # columns of its track
 
@@ -310,9 +311,11 @@ def _table_text(header: Sequence[str], rows: Array, digits: int) -> bytes:
     head = io.StringIO()
     if header:
         csv.writer(head, lineterminator="\n").writerow(header)
-    lines = [head.getvalue()]
-    lines += [form % tuple(row) for row in rows.tolist()]
-    return "".join(lines).encode()
+    parts = [head.getvalue().encode()]
+    for begin in range(0, len(rows), _AT_ONCE):  # as floats of Python rows take four times as much
+        block = rows[begin : begin + _AT_ONCE].tolist()
+        parts.append("".join(form % tuple(row) for row in block).encode())
+    return b"".join(parts)
 
 
 def _table(motion: Motion) -> bytes:

@@ -363,7 +363,13 @@ def motion(
         if not 0.0 < value <= most:  # NaN is none of these
             raise InputError(f"a motion has {value:g} {what}; give a number above 0, to {most:g}")
     trajectory = gait.trajectory
-    count = int(np.ceil(min(strides * trajectory.period * rate, 1e12)))
+    duration = strides * trajectory.period
+    count = int(np.ceil(min(duration * rate, 1e12)))
+    if count < 2:
+        raise InputError(
+            f"a motion of {duration:.3g} s at {rate:g} Hz has one instant; give {2.0 / duration:.3g} "
+            "Hz or more, or more strides"
+        )
     at_most(count, INSTANTS_OF_MOTION, "instants of a motion", "export fewer strides at once")
     body = trajectory.body
     order = RobotOrder(body, gait.urdf)

@@ -98,10 +98,13 @@ def _corners(library: Library, values: Mapping[str, float]) -> list[Index]:
     """Return the points of the cell around a place, less those that do not matter."""
     names = [axis.name for axis in library.grid.axes]
     for name in [*(n for n in values if n not in names), *(n for n in names if n not in values)]:
-        what = "needs a value of" if name in names else "is not over"
+        known = name in names
+        what, meant = (
+            ("needs a value of", "") if known else ("is not over", did_you_mean(name, names))
+        )
         raise InputError(
-            f"the library {what} '{name}'; {did_you_mean(name, names)}give a value of each of "
-            f"{', '.join(names)}, and of nothing else"
+            f"the library {what} '{name}'; {meant}give a value of each of {', '.join(names)}, and "
+            "of nothing else"
         )
     corners: list[Index] = [()]
     for axis in library.grid.axes:

@@ -301,6 +301,10 @@ def test_json_has_what_the_other_forms_have(armed, tmp_path):
         ({"format": "motion", "rate": float("nan")}, "a motion has nan Hz"),
         ({"format": "motion", "rate": 1e6}, "a motion has 1e.06 Hz"),
         ({"format": "motion", "strides": -1.0}, "a motion has -1 strides"),
+        (
+            {"format": "motion", "rate": 1.0, "strides": 0.5},
+            "a motion of 0.4 s at 1 Hz has one instant; give 5 Hz or more, or more strides",
+        ),
         ({"format": "motion", "strides": 1e5}, "strides; give a number above 0, to 10000"),
         ({"format": "mujoco", "rate": 1e5, "strides": 10.0}, "instants of a motion are too many"),
         (
