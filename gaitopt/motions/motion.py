@@ -367,8 +367,8 @@ def motion(
     count = int(np.ceil(min(duration * rate, 1e12)))
     if count < 2:
         raise InputError(
-            f"a motion of {duration:.3g} s at {rate:g} Hz has one instant; give {2.0 / duration:.3g} "
-            "Hz or more, or more strides"
+            f"a motion of {duration:.3g} s at {rate:g} Hz has one instant; give "
+            f"{2.0 / duration:.3g} Hz or more, or more strides"
         )
     at_most(count, INSTANTS_OF_MOTION, "instants of a motion", "export fewer strides at once")
     body = trajectory.body

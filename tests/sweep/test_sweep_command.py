@@ -220,6 +220,11 @@ def test_at_a_stored_place_it_is_the_stored_gait(made, tmp_path):
     assert "is not certified; designed again from there" in run("library", made[0], *where).stdout
 
 
+def test_a_value_that_is_missing_is_told(made):
+    missing = run("library", made[0], "--at", "speed=1.0").stderr
+    assert "needs a value of 'duration'; give a value of each of speed, duration" in missing
+
+
 def test_a_value_given_twice_is_refused(made):
     twice = run("library", made[0], "--at", "speed=1.0", "--at", "speed=1.05")
     assert twice.exit_code == 2
