@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import brace, shared_name
-from gaitopt.gait.model_gradient import OF_ROBOT
+from gaitopt.gait.model_gradient import OfRobot
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.reroot import joint_axes
@@ -38,8 +38,8 @@ _OF_JOINTS = (
 
 
 @dataclass(frozen=True)
-class RobotChange:
-    """Derivatives of a robot in one number of it; arrays as of `ModelGradient`.
+class RobotChange(OfRobot):
+    """Derivatives of a robot in one number of it.
 
     Attributes:
         name: of the number, "shin".
@@ -50,26 +50,12 @@ class RobotChange:
         reach, straight: of the same in `Legs`.
         weight: of the mass of the whole robot.
         group: names of the joints that it is a property of, for changes of kind JOINT.
-        mass, first, second, joints: see `ModelGradient`.
-        swing_sole, pelvis, hips, ankles: likewise.
-        armature, damping, friction: likewise.
     """
 
     name: str
     kind: str
     unit: str
     step: float
-    mass: Array
-    first: Array
-    second: Array
-    joints: Array
-    swing_sole: Array
-    pelvis: Array
-    hips: Array
-    ankles: Array
-    armature: Array
-    damping: Array
-    friction: Array
     sole: Array = field(default_factory=lambda: np.zeros(4))
     straight: Array = field(default_factory=lambda: np.zeros(2))
     reach: float = 0.0
@@ -88,16 +74,11 @@ class RobotChange:
             [[toe, left, 0.0], [toe, right, 0.0], [heel, left, 0.0], [heel, right, 0.0]]
         )
 
-    @cached_property
-    def flat(self) -> Array:
-        """All that a `ModelGradient` has a derivative for, as it has it."""
-        return np.concatenate([np.ravel(getattr(self, name)) for name in OF_ROBOT])
-
 
 class Anatomy:
     """A robot with all joints at zero, by its bodies; makes changes of it.
 
-    Bodies count as those of `ModelGradient`. In the stance leg the rooted chain runs against the
+    Bodies count as those of `OfRobot`. In the stance leg the rooted chain runs against the
     file: there the body that a joint sits on is the one which hangs on it in the file.
     """
 
@@ -172,7 +153,7 @@ class Anatomy:
         """Return a change of nothing, to be filled."""
         bodies, n = len(self.mass), self.robot.tree.size
         return RobotChange(
-            name, kind, unit, step,
+            name=name, kind=kind, unit=unit, step=step,
             mass=np.zeros(bodies), first=np.zeros((bodies, 3)), second=np.zeros((bodies, 3, 3)),
             joints=np.zeros((n, 3)), swing_sole=np.zeros(3), pelvis=np.zeros(3),
             hips=np.zeros((2, 3)), ankles=np.zeros((2, 3)), armature=np.zeros(n),

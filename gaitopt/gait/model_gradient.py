@@ -206,9 +206,16 @@ def landing_gradient(bodies: PlacedBodies, impact: WeightedImpact) -> tuple[Arra
     return of_body[:, bodies.carriers] * between[:, None], of_body[:, tree.swing_foot]
 
 
+OF_ROBOT = (
+    "mass", "first", "second", "joints", "swing_sole", "pelvis", "corners", "hips", "ankles",
+    "armature", "damping", "friction",
+)  # fmt: skip
+"""Names of what changes of a robot move."""
+
+
 @dataclass(frozen=True)
-class ModelGradient:
-    """Derivatives with respect to a robot rooted at its stance sole, and to the step's duration.
+class OfRobot:
+    """Numbers of a robot rooted at its stance sole, or derivatives in them.
 
     Bodies are the n + 1 of the rooted model, the stance foot first, each with the axes and the
     origin of its joint's frame (the stance foot's: of its sole).
@@ -219,11 +226,8 @@ class ModelGradient:
         joints: in displacements of each joint with all beyond it, in the axes of the body that it
             sits on, shape (n, 3).
         swing_sole, pelvis: in displacements of these frames in the axes of their bodies, (3,).
-        corners: of the swing sole, in its axes, shape (4, 3).
         hips, ankles: in the centres as `Legs` has them, shape (2, 3).
         armature, damping, friction: of each joint, those that follow others too, shape (n,).
-        gravity: in the axes of the stance sole, shape (3,).
-        duration: in the duration of the step.
     """
 
     mass: Array
@@ -232,26 +236,31 @@ class ModelGradient:
     joints: Array
     swing_sole: Array
     pelvis: Array
-    corners: Array
     hips: Array
     ankles: Array
     armature: Array
     damping: Array
     friction: Array
-    gravity: Array
-    duration: float
 
     @cached_property
     def flat(self) -> Array:
-        """All that is a property of the robot, `OF_ROBOT`, one after another."""
+        """All of it, `OF_ROBOT`, one after another."""
         return np.concatenate([np.ravel(getattr(self, name)) for name in OF_ROBOT])
 
 
-OF_ROBOT = (
-    "mass", "first", "second", "joints", "swing_sole", "pelvis", "corners", "hips", "ankles",
-    "armature", "damping", "friction",
-)  # fmt: skip
-"""Names of the parts of a `ModelGradient` that changes of a robot move."""
+@dataclass(frozen=True)
+class ModelGradient(OfRobot):
+    """Derivatives with respect to a robot and to the step's duration.
+
+    Attributes:
+        corners: of the swing sole, in its axes, shape (4, 3).
+        gravity: in the axes of the stance sole, shape (3,).
+        duration: in the duration of the step.
+    """
+
+    corners: Array
+    gravity: Array
+    duration: float
 
 
 def body_model(robot: Robot) -> BodyModel:
