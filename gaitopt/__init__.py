@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from gaitopt.catalogue.urdf_writer import urdf_text
     from gaitopt.design.audit import Audit, audit
     from gaitopt.design.certificate import Certificate, certify
-    from gaitopt.design.compare import compare_solvers
-    from gaitopt.design.design import Design
+    from gaitopt.design.design import Design, compare_solvers
     from gaitopt.design.options import DesignOptions
     from gaitopt.design.replanner import Plan, Replanner
     from gaitopt.design.starts import design_gait, many_starts
@@ -58,7 +57,7 @@ if TYPE_CHECKING:
     from gaitopt.gait.task import Task
     from gaitopt.gait.terrain import Profile, Terrain
     from gaitopt.gait.trajectory import Trajectory
-    from gaitopt.gait.transition_file import load_transition, save_transition
+    from gaitopt.gait.transition import load_transition, save_transition
     from gaitopt.model.import_options import ImportOptions, choices_from_toml
     from gaitopt.model.robot import Robot
     from gaitopt.model.sole import Sole
@@ -79,8 +78,7 @@ _HOMES = {
         "catalogue.urdf_writer": "urdf_text",
         "design.audit": "Audit audit",
         "design.certificate": "Certificate certify",
-        "design.compare": "compare_solvers",
-        "design.design": "Design",
+        "design.design": "Design compare_solvers",
         "design.options": "DesignOptions",
         "design.replanner": "Plan Replanner",
         "design.starts": "design_gait many_starts",
@@ -102,7 +100,7 @@ _HOMES = {
         "gait.task": "Task",
         "gait.terrain": "Profile Terrain",
         "gait.trajectory": "Trajectory",
-        "gait.transition_file": "load_transition save_transition",
+        "gait.transition": "load_transition save_transition",
         "model.sole": "Sole",
         "model.import_options": "ImportOptions choices_from_toml",
         "model.robot": "Robot",

@@ -14,8 +14,7 @@ from gaitopt.escape import printable
 from gaitopt.gait.gait_file import altered_members
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.transition import Transition
-from gaitopt.gait.transition_file import load
+from gaitopt.gait.transition import Transition, load
 from gaitopt.tolerances import SAME
 
 

@@ -20,7 +20,7 @@ from gaitopt.cli.process import ExitCode, stop_on_interrupt
 from gaitopt.cli.report import print_doubts
 from gaitopt.cli.request import make_request
 from gaitopt.cli.results import require_writable
-from gaitopt.design.compare import COMPARED, compare_solvers, run_record
+from gaitopt.design.design import COMPARED, compare_solvers, run_record
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
 from gaitopt.nlp import Solution, Status

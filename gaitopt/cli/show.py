@@ -14,8 +14,7 @@ from gaitopt.cli.request import require_directories
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
-from gaitopt.gait.transition import Transition
-from gaitopt.gait.transition_file import load
+from gaitopt.gait.transition import Transition, load
 from gaitopt.view.animation import DEFAULT_STEPS
 
 

@@ -14,7 +14,7 @@ from gaitopt.cli.show import loaded
 from gaitopt.design.transition import TransitionDesign, design_transition
 from gaitopt.errors import InputError, StoppedError, did_you_mean
 from gaitopt.gait.result import Gait
-from gaitopt.gait.transition_file import save_transition
+from gaitopt.gait.transition import save_transition
 from gaitopt.gait.transition_problem import STRETCH
 from gaitopt.nlp import Status
 from gaitopt.units import read_quantity

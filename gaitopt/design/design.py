@@ -1,12 +1,13 @@
 """The one question gaitopt answers: how does this robot walk at this speed for the least effort?
 
 Where solvers find no walk, a diagnosis searches on; it finds one, or the reason why there is none.
+Several solvers can be compared by one walk: what each found, judged alike, and how it got there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,12 +38,27 @@ from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, Solution, Status, Stop, never
+from gaitopt.nlp import (
+    Array,
+    Solution,
+    Start,
+    Status,
+    Stop,
+    kkt_residual,
+    never,
+    stopping,
+)
+from gaitopt.solvers import Solver, solver_by_name
+from gaitopt.solvers.multipliers import least_squares_multipliers
 
-if TYPE_CHECKING:  # most designs need no diagnosis: it is loaded when one does
+if TYPE_CHECKING:
     from gaitopt.design.diagnosis import Diagnosis
 
-__all__ = ["Design", "checked_start", "design", "finished", "versions"]
+
+__all__ = [
+    "COMPARED", "Design", "checked_start", "compare_solvers", "design", "finished", "run_record",
+    "versions",
+]  # fmt: skip
 
 
 def design(
@@ -186,3 +202,75 @@ def _refusal(problem: WalkProblem, solution: Solution) -> str:
         f"{reason} at {task.speed:g} m/s with steps of {task.duration:g} s; the least violation "
         f"leaves {worst.sentence}"
     )
+
+
+COMPARED = ("sqp", "slsqp", "ipopt")
+
+
+def compare_solvers(
+    robot: Robot,
+    task: Task | None = None,
+    solvers: Sequence[str | Solver] = COMPARED,
+    *,
+    start: Array | Gait | None = None,
+    on_progress: MakeProgress | None = None,
+    stop: Stop = never,
+) -> tuple[Solution, ...]:
+    """Solve one walk at its samples by several solvers from the same start.
+
+    Returns:
+        Their answers, judged alike: multipliers are those of least squares, and optimality and
+        violation those of the point with them, so that no solver's own word counts; cost,
+        optimality and violation are nan where a solver could not begin.
+
+    Args:
+        robot: the biped.
+        task: by default the preset `standard`.
+        solvers: names of `gaitopt.solvers.SOLVERS`, or solvers with options.
+        start: parameters to begin with, shape (P,), or those of a gait; by default `first_guess`.
+        on_progress: makes the progress callback of a walk.
+        stop: asked at every iteration; where it says True, the run ends and no other begins.
+
+    Raises:
+        InputError: no solver is named, one is not known, or the start has another shape than the
+            parameters.
+        MissingExtraError: a solver's package is not installed.
+        UnreachableError: the step asked for is longer than the legs.
+    """
+    chosen = [solver_by_name(one) if isinstance(one, str) else one for one in solvers]
+    if not chosen:
+        raise InputError("no solver is named; give one or more, as sqp,slsqp,ipopt")
+    problem = WalkProblem(robot, task or preset_task(robot=robot))
+    x = first_guess(problem) if start is None else checked_start(problem, start)
+    runs = []
+    for solver in chosen:
+        callback = None if on_progress is None else on_progress(problem)
+        runs.append(_judged(problem, solver.solve(problem, Start(x), callback, stopping(stop))))
+        if stop():
+            break
+    return tuple(runs)
+
+
+def _judged(problem: WalkProblem, solution: Solution) -> Solution:
+    try:
+        point = problem.point(solution.x)
+    except EvaluationError:
+        return replace(solution, optimality=np.nan, violation=np.nan)
+    rows, bounds = least_squares_multipliers(problem, point)
+    residual = kkt_residual(problem, point, rows, bounds)
+    return replace(
+        solution, multipliers=rows, bound_multipliers=bounds,
+        optimality=residual.optimality, violation=residual.feasibility,
+    )  # fmt: skip
+
+
+def run_record(run: Solution) -> dict[str, object]:
+    """Return a solver's run as JSON-able data; None for numbers that are not finite."""
+    apart = ("x", "multipliers", "bound_multipliers", "hessian", "history")
+    told = {one.name: getattr(run, one.name) for one in fields(run) if one.name not in apart}
+    history = [asdict(one) for one in run.history]
+    for numbers in (told, *history):
+        for name, value in numbers.items():
+            if isinstance(value, float) and not np.isfinite(value):
+                numbers[name] = None
+    return {**told, "status": run.status.name.lower(), "history": history}

@@ -182,7 +182,7 @@ OF_STEP = (
     "knots_0", "coefficients_0", "impulse", "rate_before", "rate_after",
 )  # fmt: skip
 STEP_MARK = "step_1_time"
-"""Array that tells the file of a transition (`gaitopt.gait.transition_file`) from a gait's."""
+"""Array that tells the file of a transition (`gaitopt.gait.transition`) from a gait's."""
 _SECOND, _STRIDE = "second_", "stride"
 STRIDE = tuple(replace(m, name=f"{_SECOND}{m.name}") for m in MEMBERS if m.name in OF_STEP)
 """Further arrays, of a gait whose second step is no mirror image of the first: as those of the

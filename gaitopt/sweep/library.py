@@ -24,18 +24,22 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import extension_record
 from gaitopt.gait.result import Gait
-from gaitopt.sweep.database import DATABASE, LOCK, Database, digest, read_database
-from gaitopt.sweep.grid import Index, TaskGrid
-from gaitopt.sweep.library_0_1 import MANIFEST, read_library_0_1
-from gaitopt.sweep.manifest import (
+from gaitopt.sweep.database import (
     DAMAGE,
+    DATABASE,
     FORMAT,
+    LOCK,
+    Database,
     Record,
     difference,
+    digest,
     grid_of,
     no_library,
     of_another_format,
+    read_database,
 )
+from gaitopt.sweep.grid import Index, TaskGrid
+from gaitopt.sweep.library_0_1 import MANIFEST, read_library_0_1
 from gaitopt.sweep.table import (
     Row,
     awaited_row,

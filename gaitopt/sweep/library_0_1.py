@@ -12,8 +12,7 @@ from gaitopt.bounds import MANIFEST as MANIFEST_BYTES
 from gaitopt.bounds import read_bounded
 from gaitopt.errors import GaitFileError, InputError, reason_of
 from gaitopt.gait.task import task_from_record, task_record
-from gaitopt.sweep.grid import TaskGrid
-from gaitopt.sweep.manifest import (
+from gaitopt.sweep.database import (
     DAMAGE,
     Record,
     damaged,
@@ -23,6 +22,7 @@ from gaitopt.sweep.manifest import (
     robot_source_of,
     robot_source_record,
 )
+from gaitopt.sweep.grid import TaskGrid
 
 MANIFEST, JOURNAL = "manifest.json", "journal.jsonl"
 _FORMAT = 2

@@ -25,8 +25,8 @@ from gaitopt.mechanics.spatial import quaternions, upright
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
-from gaitopt.view.contacts import contact_colour
 from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes, triangles
+from gaitopt.view.stick_figures import contact_colour
 from gaitopt.view.viewer import Node, animation, geometry
 
 DEFAULT_STEPS = 6

@@ -30,7 +30,6 @@ from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
-from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.figure_style import (
     GROUND,
     INSIDE,
@@ -48,7 +47,15 @@ from gaitopt.view.figure_style import (
     rendered,
     styled,
 )
-from gaitopt.view.stick_figures import StickFigures, stick_figures, trunk_top
+from gaitopt.view.stick_figures import (
+    StickFigures,
+    contact_colour,
+    contact_words,
+    contacts,
+    flat_contact,
+    stick_figures,
+    trunk_top,
+)
 
 SIDE, FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
 _GROUND_DEPTH = 0.02  # m, drawn

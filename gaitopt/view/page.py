@@ -30,10 +30,10 @@ from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
 from gaitopt.units import motion_words
 from gaitopt.view.animation import DEFAULT_STEPS, PUSH, Replay, Scene, build_beside, build_scene
-from gaitopt.view.contacts import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.curves import curves
 from gaitopt.view.page_parts import Page, Section, table_text
 from gaitopt.view.robot_shapes import RobotShapes
+from gaitopt.view.stick_figures import contact_colour, contact_words, contacts, flat_contact
 from gaitopt.view.viewer import Node, RecordingWindow, data_text, packed_viewer, page_file
 
 _DECIMALS = 4  # of limits, in SI units

@@ -1,4 +1,7 @@
-"""The robot as a few points and lines: hips, knees, ankles, soles and trunk in the world."""
+"""The robot as a few points and lines: hips, knees, ankles, soles and trunk in the world.
+
+Also how the contacts of a foot look in figures and on pages, and what its phases are called.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.gait.recorded import Recorded, recorded_choices
+from gaitopt.gait.result import ContactPhase, Gait
+from gaitopt.gait.transition import Transition
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source
 from gaitopt.model.legs.reference_posture import reference_configuration
@@ -119,3 +125,40 @@ def _top(shape: Any, place: pin.SE3, up: Array) -> float:
     half = np.array([box.width(), box.height(), box.depth()]) / 2.0
     centre = place.act(shape.aabb_center)
     return float(up @ centre + np.abs(place.rotation.T @ up) @ half)
+
+
+COLOURS = {FlatFoot.name: "#009E73", ToeLine.name: "#CC79A7", HeelLine.name: "#56B4E9"} | {
+    BOTH_FEET: "#F0E442"
+}
+"""By the name of the contact; of Okabe & Ito, as those of figures."""
+OTHER = "#8A8A8A"
+"""Of a contact that is none of these."""
+
+
+def contact_colour(contact: str) -> str:
+    """Return the colour of a contact, "#rrggbb"."""
+    return COLOURS.get(contact, OTHER)
+
+
+def contact_words(contact: str) -> str:
+    """Return how a foot stands in words: "flat", "on the toe line"."""
+    if contact == BOTH_FEET:
+        return "beside the other"
+    return contact if contact == FlatFoot.name else f"on the {contact}"
+
+
+def flat_contact(stands: NDArray[np.bool_]) -> str:
+    """Return the contact where these feet stand flat, shape (2,)."""
+    return BOTH_FEET if stands.all() else FlatFoot.name
+
+
+def contacts(gait: Gait | Transition) -> list[str]:
+    """Return the contacts of a step, each once, in their order, or those of a transition."""
+    if isinstance(gait, Transition):
+        return [BOTH_FEET, FlatFoot.name][not gait.rests :]
+    return list(dict.fromkeys(phase.contact for phase in gait.phases))
+
+
+def phase_at(gait: Gait, time: float) -> ContactPhase:
+    """Return the phase of a step at a time [s]; the instant of a change is before it."""
+    return next((one for one in gait.phases if time <= one.end), gait.phases[-1])

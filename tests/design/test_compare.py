@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from gaitopt.design.compare import compare_solvers, run_record
+from gaitopt.design.design import compare_solvers, run_record
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt.design import diagnosis as diagnosing
-from gaitopt.design.compare import compare_solvers
-from gaitopt.design.design import design
+from gaitopt.design.design import compare_solvers, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times
 from gaitopt.design.pipeline import gone_on

@@ -15,7 +15,7 @@ from transitions import from_rest, to_rest, walk
 from gaitopt.design.transition import audit_transition
 from gaitopt.errors import GaitFileError, GaitoptError
 from gaitopt.gait.gait_file import altered_members, load_gait, save_gait
-from gaitopt.gait.transition_file import (
+from gaitopt.gait.transition import (
     SHIFT,
     STANDING,
     end_members,

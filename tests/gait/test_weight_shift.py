@@ -23,7 +23,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.shift_step import starting_still
 from gaitopt.gait.spline import spline_basis
-from gaitopt.gait.transition_file import load_transition, save_transition
+from gaitopt.gait.transition import load_transition, save_transition
 from gaitopt.gait.transition_problem import (
     LAST_LOAD,
     TransitionProblem,

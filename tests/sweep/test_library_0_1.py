@@ -9,10 +9,10 @@ from places import LIBRARY_0_1
 from sweeps import QUICK, Counting, damage, quick_task, run
 
 from gaitopt.errors import GaitoptError, InputError
+from gaitopt.sweep.database import robot_source_of
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.interpolation import interpolate
 from gaitopt.sweep.library import MISSING, open_library
-from gaitopt.sweep.manifest import robot_source_of
 from gaitopt.sweep.scheduler import sweep
 
 TASK = quick_task().with_margins({"torsional_friction": None})  # which 0.1 did not limit

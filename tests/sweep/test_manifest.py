@@ -2,7 +2,7 @@ import copy
 
 import pytest
 
-from gaitopt.sweep.manifest import difference
+from gaitopt.sweep.database import difference
 
 RECORD = {
     "format": 3,

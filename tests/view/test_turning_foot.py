@@ -16,9 +16,9 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.motions.stride import stride_record, stride_samples
 from gaitopt.view.animation import frames
-from gaitopt.view.contacts import COLOURS, contact_colour
 from gaitopt.view.figures import make_figure
 from gaitopt.view.page import facts, page_text
+from gaitopt.view.stick_figures import COLOURS, contact_colour
 
 
 @pytest.fixture(scope="module")
