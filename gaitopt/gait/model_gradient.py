@@ -215,19 +215,20 @@ OF_ROBOT = (
 
 @dataclass(frozen=True)
 class OfRobot:
-    """Numbers of a robot rooted at its stance sole, or derivatives in them.
+    """Numbers of a robot rooted at its stance sole: changes of them, or derivatives in them.
 
     Bodies are the n + 1 of the rooted model, the stance foot first, each with the axes and the
-    origin of its joint's frame (the stance foot's: of its sole).
+    origin of its joint's frame (the stance foot's: of its sole). Units are those of the numbers.
 
     Attributes:
-        mass, first, second: in the moments of mass of each body about that origin: sum m, sum m r,
-            sum m r r'; shapes (n + 1,), (n + 1, 3), (n + 1, 3, 3).
-        joints: in displacements of each joint with all beyond it, in the axes of the body that it
-            sits on, shape (n, 3).
-        swing_sole, pelvis: in displacements of these frames in the axes of their bodies, (3,).
-        hips, ankles: in the centres as `Legs` has them, shape (2, 3).
-        armature, damping, friction: of each joint, those that follow others too, shape (n,).
+        mass, first, second: moments of mass of each body about that origin: sum m [kg], sum m r
+            [kg·m], sum m r r' [kg·m²]; shapes (n + 1,), (n + 1, 3), (n + 1, 3, 3).
+        joints: displacements of each joint with all beyond it, in the axes of the body that it
+            sits on [m], shape (n, 3).
+        swing_sole, pelvis: displacements of these frames in the axes of their bodies [m], (3,).
+        hips, ankles: the centres as `Legs` has them [m], shape (2, 3).
+        armature, damping, friction: of each joint, those that follow others too [kg·m²],
+            [N·m·s/rad], [N·m], shape (n,).
     """
 
     mass: Array
