@@ -19,15 +19,18 @@ from gaitopt.importers.text_files import read_text
 from gaitopt.importers.ties import Tie
 from gaitopt.importers.urdf_check import check_urdf, passive_joints, read_ties, urdf_findings
 from gaitopt.importers.urdf_document import Description, describe
-from gaitopt.importers.urdf_geometry import (
+from gaitopt.importers.urdf_model import (
     Kind,
+    Rotor,
     Shapes,
+    add_armature,
     build_geometry,
     diagonals,
     mesh_problems,
+    model_of_urdf,
+    read_rotors,
     read_shapes,
 )
-from gaitopt.importers.urdf_model import Rotor, add_armature, model_of_urdf, read_rotors
 from gaitopt.importers.xml_document import FileProblem, XmlTree, parse_xml
 
 _KINDS: dict[pin.GeometryType, Kind] = {

@@ -31,8 +31,7 @@ from gaitopt.importers.urdf_document import (
     limit_unit,
     name_problems,
 )
-from gaitopt.importers.urdf_geometry import Kind, read_shapes
-from gaitopt.importers.urdf_model import Rotor, read_rotors, refuse_taken
+from gaitopt.importers.urdf_model import Kind, Rotor, read_rotors, read_shapes, refuse_taken
 from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number
 from gaitopt.nlp import Array
 

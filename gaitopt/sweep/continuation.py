@@ -1,33 +1,335 @@
-"""Continuation: from a walk to the walk next to it, and from first guesses to a first one."""
+"""Continuation: from a walk to the walk next to it, and from first guesses to a first one.
+
+The best walk known at a point is where its neighbours start. Along a branch of local optima the
+cost is a smooth function of the swept quantity, and the multipliers tell its derivative. A
+neighbour promises what its tangent predicts, give or take what the change of the derivative between
+the two can bend it. Whether two walks are of the same branch cannot be told from costs and
+derivatives alone (branches 2 % apart pass every such test, measured). So a promise is tried, once,
+unless the neighbour itself came from the point in so few iterations that it must have stayed on the
+branch.
+
+Walks keep their limits at every instant: violated ones are added to the grid, and it is solved
+again and certified.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 
 from gaitopt.dataclass import dataclass
-from gaitopt.design.active_set import DIGITS, SAME_PEAK, ActiveRow, active_rows
+from gaitopt.design.active_set import (
+    DIGITS,
+    SAME_PEAK,
+    ActiveRow,
+    active_rows,
+    instants_of,
+    placed,
+    violated_rows,
+)
 from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Search
-from gaitopt.design.refinement import with_work
-from gaitopt.design.starts import SECOND, StartJob
-from gaitopt.errors import EvaluationError, InputError, UnreachableError
+from gaitopt.design.pipeline import Search, is_walk
+from gaitopt.design.refinement import (
+    MAX_ROUNDS,
+    exchange,
+    is_strict,
+    on_either_side,
+    pruned,
+    quadratic,
+    with_work,
+)
+from gaitopt.design.starts import SAME_COST, SECOND, StartJob
+from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, resized
 from gaitopt.gait.problem import WalkProblem, walk_layout
-from gaitopt.nlp import Array, Solution
-from gaitopt.sweep.grid import Scenario, interpolated, with_values
-from gaitopt.sweep.semi_infinite import (
-    FeasibleWalk,
-    path_solver,
-    solve_between_samples,
-    with_all_work,
-)
-from gaitopt.sweep.warm_start import WarmStart
+from gaitopt.nlp import Array, Solution, Start
+from gaitopt.solvers import Solver
+from gaitopt.sweep.grid import Index, Scenario, TaskGrid, interpolated, with_values
+
+ON_BRANCH = 8  # iterations from a neighbour that stay on its branch; leaving takes more (measured)
+OFF_BRANCH = 13  # iterations; more have not followed a branch (measured: most take 4 to 6)
+
+
+@dataclass(frozen=True, eq=False)
+class WarmStart:
+    """A walk from which neighbours and the finished gait start.
+
+    Attributes:
+        x: parameters, shape (P,).
+        cost: in the unit of the task's cost.
+        active: limits at which it is, with their multipliers.
+        cost_gradient: derivative of the optimal cost with respect to each swept quantity, from the
+            multipliers; None where it could not be had.
+        first_iterations: that led to it from its origin, before instants were added.
+        iterations, evaluations: of everything.
+        seconds: of processor.
+        origin: "cold", "slower walk", "disturbed", or the name of the point it was reached from.
+        beside: names of other points through whose walks, of the same branch, it was foretold.
+    """
+
+    x: Array
+    cost: float
+    active: tuple[ActiveRow, ...]
+    cost_gradient: tuple[float | None, ...]
+    first_iterations: int
+    iterations: int
+    evaluations: int
+    seconds: float
+    origin: str
+    beside: tuple[str, ...] = ()
+
+    @property
+    def left_branch(self) -> bool:
+        """Whether it took so many iterations that the walk may be of any branch."""
+        return self.first_iterations > OFF_BRANCH
+
+    def record(self) -> dict[str, object]:
+        """Return it as JSON-able data."""
+        return {
+            **asdict(self),
+            "x": self.x.tolist(),
+            "active": [[p.constraint, p.entry, p.instant, p.multiplier] for p in self.active],
+        }
+
+
+def warm_start_of(record: Mapping[str, Any]) -> WarmStart:
+    """Return the warm start of a record.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is none.
+    """
+    if not isinstance(record["origin"], str):
+        raise TypeError("the origin of a walk is no text")
+    gradient, beside = record["cost_gradient"], tuple(record.get("beside", ()))
+    if not all(isinstance(name, str) for name in beside):
+        raise TypeError("a walk was foretold by what is no text")
+    return WarmStart(
+        x=np.array(record["x"], dtype=np.float64),
+        cost=float(record["cost"]),
+        active=tuple(_active(*entry) for entry in record["active"]),
+        cost_gradient=tuple(None if slope is None else float(slope) for slope in gradient),
+        first_iterations=int(record["first_iterations"]),
+        iterations=int(record["iterations"]),
+        evaluations=int(record["evaluations"]),
+        seconds=float(record["seconds"]),
+        origin=record["origin"],
+        beside=beside,
+    )
+
+
+def _active(constraint: object, entry: object, instant: Any, multiplier: Any) -> ActiveRow:
+    if not isinstance(constraint, str) or not isinstance(entry, int):
+        raise TypeError("an active limit has no name or no number")
+    return ActiveRow(constraint, entry, float(instant), float(multiplier))
+
+
+def promising(
+    grid: TaskGrid,
+    walk_at: Callable[[Index], WarmStart | None],
+    point: Index,
+    neighbours: Iterable[tuple[int, Index]],
+) -> list[Index]:
+    """Return the neighbours from which a point might reach a lower cost, the best first.
+
+    Args:
+        grid: of the sweep.
+        walk_at: returns the walk known at a point, None where none was found.
+        point: which; one without a walk is promised one by every neighbour that walks.
+        neighbours: of the point, each with its axis, see `GridLevel.neighbours`.
+    """
+    here = walk_at(point)
+    found: list[tuple[float, Index]] = []
+    for axis, other in neighbours:
+        there = walk_at(other)
+        if there is None or (here is not None and _followed(there, grid.name(point))):
+            continue
+        values = grid.axes[axis].values
+        stride = values[point[axis]] - values[other[axis]]
+        slope = there.cost_gradient[axis] or 0.0
+        predicted = there.cost + slope * stride
+        if here is not None:
+            curved = 0.5 * abs((slope - (here.cost_gradient[axis] or 0.0)) * stride)
+            if predicted - curved >= here.cost * (1.0 - SAME_COST):
+                continue
+        found.append((predicted, other))
+    return [other for _, other in sorted(found)]
+
+
+def _followed(there: WarmStart, name: str) -> bool:
+    return name in (there.origin, *there.beside) and there.first_iterations <= ON_BRANCH
+
+
+def is_better(found: WarmStart | None, known: WarmStart | None) -> bool:
+    """Whether a walk is worth taking in place of the one known."""
+    if found is None or known is None:
+        return found is not None
+    return found.cost < known.cost * (1.0 - SAME_COST)
+
+
+MAX_ITERATIONS = 100  # a neighbour's walk needs a tenth of them
+
+
+@dataclass(frozen=True, eq=False)
+class FeasibleWalk:
+    """A walk that keeps its limits.
+
+    Attributes:
+        problem: on the grid with the instants that were needed.
+        solution: of it, with the work of all rounds.
+        first_iterations: of the first round, from wherever the walk began.
+    """
+
+    problem: WalkProblem
+    solution: Solution
+    first_iterations: int
+
+    @property
+    def active(self) -> tuple[ActiveRow, ...]:
+        """The limits at which it is."""
+        return active_rows(self.problem, self.solution.multipliers)
+
+
+def solve_between_samples(
+    sparse: WalkProblem,
+    x: Array,
+    active: Iterable[ActiveRow],
+    solver: Solver,
+    fine: WalkProblem | None,
+    *,
+    cost_limit: float = math.inf,
+) -> FeasibleWalk | None:
+    """Return a walk near a point that keeps its limits between the samples, None if none is found.
+
+    Args:
+        sparse: the walk at its samples.
+        x: where to begin, shape (P,).
+        active: limits at which a walk like it is.
+        solver: of every round.
+        fine: the walk on the certificate's grid; None to leave the limits at the samples.
+        cost_limit: of a walk that is wanted; adding instants never lowers the cost.
+
+    Raises:
+        EvaluationError: the walk is not defined at x or a solution on the fine grid.
+    """
+    found: FeasibleWalk | None = None
+
+    def solve(problem: WalkProblem, start: Start) -> Solution:
+        return solver.solve(problem, start)
+
+    newton = quadratic(solver)
+    peaks = () if fine is None or newton is not None else violated_rows(fine, x)
+    rounds = 0
+    for problem, solution, _ in exchange(sparse, x, active, solve, fine, peaks, newton):
+        rounds += 1
+        if not is_walk(solution) or solution.cost >= cost_limit:
+            return None
+        if found is None:
+            found = FeasibleWalk(problem, solution, solution.iterations)
+        else:
+            whole = with_work(solution, found.solution)
+            found = FeasibleWalk(problem, whole, found.first_iterations)
+    if rounds == MAX_ROUNDS and found is not None and fine is not None:
+        return None if violated_rows(fine, found.solution.x) else found
+    return found
+
+
+def with_all_work(way: Sequence[FeasibleWalk]) -> FeasibleWalk:
+    """Return the last of walks, at least one, each from the one before; all the work counts."""
+    last = way[-1]
+    for earlier in reversed(way[:-1]):
+        last = FeasibleWalk(
+            last.problem,
+            with_work(last.solution, earlier.solution),
+            last.first_iterations + earlier.first_iterations,
+        )
+    return last
+
+
+def finish(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
+    """Return the finished gait of a walk; the better of two ways if the first is not certified.
+
+    Args:
+        scenario: robot and task.
+        walk: of them.
+        options: as of `design`.
+
+    Returns:
+        The design, or None where refinement left no walk.
+    """
+    first = _refined(scenario, walk, options)
+    if first is not None and (first.certificate.certified or not options.refine):
+        return first
+    second = _designed(scenario, walk, options)
+    walks = (one for one in (first, second) if one is not None)
+    return min(walks, key=lambda one: one.rank, default=None)
+
+
+def _refined(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
+    sparse = WalkProblem(scenario.robot.build(), scenario.task)
+    try:
+        fine = on_fine_grid(sparse)
+        whole = _as_it_is(sparse, walk, options, fine)
+        if whole is not None and whole.certificate.certified:
+            return whole
+        between = fine if options.refine else None
+        kept = solve_between_samples(sparse, walk.x, walk.active, warm_solver(options), between)
+        if kept is None:
+            return None
+        problem, solution = pruned(sparse, kept.problem, kept.solution)
+        solution = options.solver.confirm(problem, solution)
+        return finished(problem, solution, options.refine, fine)
+    except EvaluationError:
+        return None
+
+
+def _as_it_is(
+    sparse: WalkProblem, walk: WarmStart, options: DesignOptions, fine: WalkProblem
+) -> Design | None:
+    """Return a walk finished at the instants at which it presses, None if it is no walk there.
+
+    Where it is no strict minimum there, at instants on either side of them: else Newton's method
+    would not confirm it, and the interior point method after it in half a second neither.
+    """
+    solver = path_solver(options)
+
+    def solved(active: Sequence[ActiveRow]) -> tuple[WalkProblem, Solution]:
+        problem = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, active)))
+        return problem, solver.solve(problem, Start(walk.x, placed(problem, active)))
+
+    problem, solution = solved(walk.active)
+    moving = options.refine and quadratic(solver) is not None
+    if is_walk(solution) and moving and not is_strict(problem, solution):
+        problem, solution = solved(on_either_side(fine, walk.x, walk.active))
+    if not is_walk(solution):
+        return None
+    return finished(problem, options.solver.confirm(problem, solution), options.refine, fine)
+
+
+def _designed(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
+    """The usual way, from the walk."""
+    direct = replace(options, diagnose=False, approach="direct")
+    try:
+        return design(scenario.robot.build(), scenario.task, direct, start=walk.x)
+    except (NoGaitFoundError, UnreachableError):
+        return None
+
+
+def warm_solver(options: DesignOptions) -> Solver:
+    """Return the solver for starts that are nearly solutions."""
+    return options.solver.first_stage.near_solution()
+
+
+def path_solver(options: DesignOptions) -> Solver:
+    """Return the solver for walks from their neighbours: it stops early at failure."""
+    return warm_solver(options).limited(MAX_ITERATIONS)
+
 
 LEAP = 0.5  # scaled difference of parameters from which on walks are taken for two branches
 SUBSTEPS = (2, 4)  # into which a stride to a neighbour is divided if it fails

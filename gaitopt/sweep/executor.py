@@ -35,11 +35,9 @@ from gaitopt.design.process import (
 )
 from gaitopt.errors import InputError, MissingExtraError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.gait_file import gait_bytes
-from gaitopt.sweep.continuation import Line, Neighbour, continue_from
+from gaitopt.sweep.continuation import Line, Neighbour, WarmStart, continue_from, finish
 from gaitopt.sweep.grid import Index, Scenario
-from gaitopt.sweep.semi_infinite import finish
 from gaitopt.sweep.table import Row, gait_row
-from gaitopt.sweep.warm_start import WarmStart
 
 ATTEMPTS = 3  # of a job whose worker dies
 

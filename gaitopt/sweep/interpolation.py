@@ -13,12 +13,11 @@ from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record
 from gaitopt.nlp import Array
+from gaitopt.sweep.continuation import WarmStart, finish
 from gaitopt.sweep.database import robot_source_of
 from gaitopt.sweep.grid import Index, Scenario, interpolated
 from gaitopt.sweep.library import Library
 from gaitopt.sweep.scheduler import robot_at
-from gaitopt.sweep.semi_infinite import finish
-from gaitopt.sweep.warm_start import WarmStart
 from gaitopt.tolerances import LIMITS
 
 

@@ -24,6 +24,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import extension_record
 from gaitopt.gait.result import Gait
+from gaitopt.sweep.continuation import WarmStart, warm_start_of
 from gaitopt.sweep.database import (
     DAMAGE,
     DATABASE,
@@ -48,7 +49,6 @@ from gaitopt.sweep.table import (
     refused_row,
     write_table,
 )
-from gaitopt.sweep.warm_start import WarmStart, warm_start_of
 
 GAITS = "gaits"
 PERIOD = 5.0  # s between two writings of the table, which takes long when it is long

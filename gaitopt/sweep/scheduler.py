@@ -31,7 +31,7 @@ from gaitopt.design.starts import SAME_COST
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.sweep.continuation import Line, Neighbour, Station
+from gaitopt.sweep.continuation import Line, Neighbour, Station, WarmStart, is_better, promising
 from gaitopt.sweep.database import manifest_record
 from gaitopt.sweep.executor import (
     CONTINUE,
@@ -45,7 +45,6 @@ from gaitopt.sweep.executor import (
 )
 from gaitopt.sweep.grid import OF_STRIDES, Axis, Index, RobotSource, Scenario, TaskGrid, with_values
 from gaitopt.sweep.library import Library, Writer, open_library
-from gaitopt.sweep.warm_start import WarmStart, is_better, promising
 
 NEAREST = 3  # neighbours that a point is tried from
 ROUNDS = 1000  # of comparison; nothing is tried twice, so this is never reached

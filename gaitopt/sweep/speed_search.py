@@ -15,7 +15,7 @@ from gaitopt.errors import InputError, NoGaitFoundError, StoppedError, Unreachab
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, Stop, never
-from gaitopt.sweep.semi_infinite import MAX_ITERATIONS
+from gaitopt.sweep.continuation import MAX_ITERATIONS
 
 # Fractions of the speed reached.
 FIRST_STEP = 0.2  # by which the second try is faster

@@ -16,8 +16,8 @@ from gaitopt.design.design import Design
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
+from gaitopt.sweep.continuation import WarmStart
 from gaitopt.sweep.grid import quantity_unit
-from gaitopt.sweep.warm_start import WarmStart
 from gaitopt.units import in_si, read_number
 
 CSV, PARQUET = "index.csv", "index.parquet"

@@ -5,9 +5,9 @@ from sweeps import QUICK, quick_task
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.design.starts import many_starts
+from gaitopt.sweep.continuation import ON_BRANCH
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.scheduler import sweep
-from gaitopt.sweep.warm_start import ON_BRANCH
 
 
 def test_a_walk_is_followed_along_the_length_of_the_shins(robot, tmp_path):

@@ -9,8 +9,8 @@ from gaitopt.design.active_set import active_rows, violated_rows
 from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import SQP
-from gaitopt.sweep import semi_infinite
-from gaitopt.sweep.semi_infinite import solve_between_samples
+from gaitopt.sweep import continuation
+from gaitopt.sweep.continuation import solve_between_samples
 from gaitopt.tolerances import LIMITS
 
 SOLVER = SQP()
@@ -66,7 +66,7 @@ def test_a_walk_that_still_exceeds_a_limit_in_the_last_round_is_none(begun, monk
         monkeypatch.setattr(module, "MAX_ROUNDS", 1)
     monkeypatch.setattr(exchange, "FOLLOWED", 0)
     assert solve_between_samples(problem, solution.x, active, SOLVER, fine) is None
-    monkeypatch.setattr(semi_infinite, "violated_rows", lambda fine, x: ())
+    monkeypatch.setattr(continuation, "violated_rows", lambda fine, x: ())
     assert solve_between_samples(problem, solution.x, active, SOLVER, fine) is not None
 
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.design.active_set import ActiveRow
+from gaitopt.sweep.continuation import WarmStart, is_better, promising, warm_start_of
 from gaitopt.sweep.grid import Axis, TaskGrid
-from gaitopt.sweep.warm_start import WarmStart, is_better, promising, warm_start_of
 
 GRID = TaskGrid((Axis("speed", (1.0, 1.1, 1.2)),))
 
