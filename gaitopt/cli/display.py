@@ -19,7 +19,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Progress, ProgressCallback, Solution
 
 WIDTH = 100  # columns of the tables on a wide terminal
-NARROW = 80  # in a file or a pipe, which nobody can make wider
+NARROW = 80  # in a file or a pipe, which nobody can make wider; the least on a terminal
 
 
 class Screen(Console):
@@ -52,9 +52,13 @@ class Screen(Console):
 
 
 def screen(*, stderr: bool = False) -> Console:
-    """Return the console of stdout or stderr."""
+    """Return the console of stdout or stderr.
+
+    Tables on stdout are never narrower than in a file: cells would be broken within numbers, where
+    a terminal that is narrower breaks the line and leaves their digits together.
+    """
     console = Screen(stderr=stderr)
-    if not console.is_terminal:
+    if not console.is_terminal or (console.width < NARROW and not stderr):
         console.width = NARROW
     return console
 

@@ -76,7 +76,9 @@ def load_plugin(path: str | Path) -> Plugin:
     try:
         content = read_bounded(path, TABLE)
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot read the plugin '{path}': {reason_of(error)}") from error
+        raise InputError(
+            f"cannot read the plugin '{path}': {reason_of(error)}; give a Python file"
+        ) from error
     return _loaded(path.absolute(), sha256(content).hexdigest()[:16])
 
 
@@ -245,6 +247,13 @@ def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
     if found is None:
         raise InputError(_needed(record, kind))
     values: Any = record.get("fields", {})
+    takes = _fields_record(found)
+    if isinstance(values, Mapping) and (odd := [str(name) for name in values if name not in takes]):
+        where = _needed(record, kind) if own else "design the gait again"
+        raise InputError(
+            f"the {kind} '{found.name}' takes {', '.join(takes) or 'nothing'}, and no "
+            f"{_told(', '.join(odd))}, which is recorded; {where}"
+        )
     try:
         return replace(found, **_tuples(values)) if values else found  # type: ignore[type-var]
     except (TypeError, ValueError) as error:

@@ -123,6 +123,16 @@ def test_a_changed_plugin_is_told(designed, cli, tmp_path):
     assert "the plugin mine.py has changed since the design: its sha256 was" in found.stdout
 
 
+def test_another_plugin_with_a_constraint_of_that_name_is_told(designed, cli, tmp_path):
+    other = tmp_path / "mine.py"
+    other.write_text((designed / "mine.py").read_text().replace("low_swing", "other_swing"))
+    found = cli("check", str(designed / "out" / "gait.npz"), "--plugin", str(other))
+    assert found.exit_code == 2
+    assert "takes other_swing, and no low_swing, which is recorded" in found.stderr
+    assert "give that file: --plugin mine.py" in found.stderr
+    assert "__init__" not in found.stderr
+
+
 def test_the_task_that_is_written_asks_for_the_same(designed):
     task = designed / "out" / "task.toml"
     request = make_request({}, task)

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from gaitopt import load_gait
 from gaitopt.bounds import rounded
-from gaitopt.cli.display import ProgressDisplay
+from gaitopt.cli.display import ProgressDisplay, screen
 from gaitopt.cli.fastest import limit_lines
 from gaitopt.cli.process import StopRequest
 from gaitopt.cli.report import certificate_table, print_gait
@@ -90,6 +90,15 @@ def test_the_table_of_motors_needs_no_second_lines_on_a_narrow_terminal(designed
     assert " % of 150 " in lines[knee]
     assert lines[knee + 1].split()[0] == "swing"
     assert "150 steps/min" in shown.get()
+
+
+@pytest.mark.parametrize(("columns", "width"), [("40", 80), ("90", 90), ("200", 200)])
+def test_a_narrow_terminal_breaks_lines_itself(monkeypatch, columns, width):
+    """Rich would break cells, and so numbers: 19. in one line and 6 in the next."""
+    monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setenv("FORCE_COLOR", "1")  # as if on a terminal
+    assert screen().width == width
+    assert screen(stderr=True).width == int(columns)
 
 
 def test_an_unconfirmed_answer_says_what_that_means():
