@@ -39,6 +39,8 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     SLOPE: {"rad": 1.0, "deg": _DEGREE, "°": _DEGREE, "%": 1e-2},
 }
 """Units of one dimension by the SI unit of it, and their sizes in that."""
+RPM = UNITS["rad/s"]["rpm"]
+"""One turn a minute [rad/s]."""
 
 DEGREES = "for degrees write 6deg, in Python math.radians(6)"
 """Advice after an angle that is too large: options and files take units, Python takes numbers."""

@@ -28,8 +28,8 @@ from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
 from gaitopt.sweep.library import open_library
-from gaitopt.units import motion_words
-from gaitopt.view.requirements_file import RPM, check_suffix, write_requirements
+from gaitopt.units import RPM, motion_words
+from gaitopt.view.requirements_file import check_suffix, write_requirements
 
 WIDTH = 80  # columns, which every table fits
 _HEADERS = {
@@ -111,7 +111,7 @@ def run(asked: RequirementsOptions) -> None:
     if output is not None:
         out.print(f"wrote {write_requirements(each, worst, output, uses)}", soft_wrap=True)
     if figure is not None:
-        from gaitopt.view.requirements_file import write_torque_speed_figure
+        from gaitopt.view.torque_speed import write_torque_speed_figure
 
         out.print(f"wrote {write_torque_speed_figure(loops, figure, table)}", soft_wrap=True)
 

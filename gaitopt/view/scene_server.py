@@ -4,7 +4,7 @@ MeshCat's own server is another process, which outlives this one if this one is 
 listens on all interfaces whatever address it prints. Its viewer, which is JavaScript, needs little:
 its files, and the drawing commands on a web socket.
 
-A live MeshCat window with the walking robot.
+`play` shows the walking robot on it.
 """
 
 from __future__ import annotations
@@ -226,11 +226,6 @@ def is_local(host: str) -> bool:
     return host in ("localhost", "::1") or host.startswith("127.")
 
 
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore")
-    import meshcat
-
-
 class Player:
     """A server of MeshCat's viewer showing a walk; a context manager that stops it at its end.
 
@@ -244,6 +239,10 @@ class Player:
     """
 
     def __init__(self, server: SceneServer) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            import meshcat  # with IPython and more, which no other server needs
+
         self.server = server
         self.viewer = meshcat.Visualizer(window=server)
         self.url = server.web_url

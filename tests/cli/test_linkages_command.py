@@ -13,7 +13,7 @@ from gaitopt.gait.motor_space import driven_joints
 from gaitopt.gait.recorded import robot_of
 from gaitopt.view.curves import curves
 from gaitopt.view.page import page_text
-from gaitopt.view.requirements_file import torque_speed_figure
+from gaitopt.view.torque_speed import torque_speed_figure
 
 TABLE = EXAMPLES / "linkages.toml"
 QUIET = ("--no-page", "--no-figures", "-q")
