@@ -55,7 +55,7 @@ def inspect(settings: Settings, asked: InspectOptions) -> None:
         if one.linkage in linkages:
             out.print(f"{table}: motors turn {', '.join(one.names)}", soft_wrap=True)
     if html is not None:
-        from gaitopt.view.inspection import write_inspection
+        from gaitopt.view.inspection_page import write_inspection
 
         out.print(f"wrote {write_inspection(found, html)}", soft_wrap=True)
     if write_choices is not None and found.choices is not None:

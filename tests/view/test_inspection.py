@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 from gaitopt import biped13, urdf_text
 from gaitopt.design.summary import brace, shared_name
 from gaitopt.model.import_options import ImportOptions
-from gaitopt.view.inspection import axis_words, inspect_robot, inspection_tables, inspection_text
+from gaitopt.view.inspection import axis_words, inspect_robot, inspection_tables
+from gaitopt.view.inspection_page import inspection_text
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,8 @@ from sample_gait import sample_gait
 
 from gaitopt.escape import filled_template, html_text, printable
 from gaitopt.model.import_options import ImportOptions
-from gaitopt.view.inspection import inspect_robot, inspection_text
+from gaitopt.view.inspection import inspect_robot
+from gaitopt.view.inspection_page import inspection_text
 from gaitopt.view.page import page_text
 from gaitopt.view.robot_shapes import draw_shape, read_mesh, unloaded
 from gaitopt.view.viewer import Node, RecordingWindow, umsgpack

@@ -6,7 +6,7 @@ from sample_gait import sample_gait
 
 from gaitopt.importers.reader import read_source
 from gaitopt.view.animation import Animation, draw_robot, frames
-from gaitopt.view.inspection import draw_still
+from gaitopt.view.inspection_page import draw_still
 from gaitopt.view.robot_shapes import robot_shapes
 from gaitopt.view.viewer import Node, RecordingWindow, umsgpack
 
