@@ -23,6 +23,7 @@ from gaitopt.settings import checked, entry
 from gaitopt.solvers.globalization import (
     CEILING,
     FILTER_RESETS,
+    LARGE_VIOLATION,
     NEARLY_FEASIBLE,
     RAISE,
     STALLED_AFTER,
@@ -183,6 +184,8 @@ class _Run:
         self.exact = exact = options.hessian == "exact" and nlp.has_hessian
         # whether the next step is likely to be: the last one was, or the start is nearly a solution
         self.hopeful = exact and bool(iterate.multipliers.any())
+        # whether it begins at a solution of other limits: those that moved say nothing of the model
+        self.elsewhere = bool(iterate.multipliers.any()) and iterate.violation > LARGE_VIOLATION
         self.patience = Patience(STALLED_AFTER if exact else STALLED_AFTER_BFGS)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
@@ -419,7 +422,8 @@ class _Run:
         if not trial.for_cost:
             self.filter.add(self.iterate.violation, self.nlp.cost_scale * self.iterate.point.cost)
         self._take(iterate, trial)
-        self.region = self.region.after(trial.fit, self.last_length, trial.may_widen)
+        may_widen = self.elsewhere or trial.may_widen
+        self.region = self.region.after(trial.fit, self.last_length, may_widen)
         return True
 
     def _take(self, iterate: Iterate, trial: Trial) -> None:
