@@ -357,6 +357,10 @@ class _Extraction:
             names = ", ".join(self.joint_names[j] for j in root.joints)
             text = f"floats; the joints that hold it in the file do not count: {names}"
             self._announce("root", name, text, "changed")
+        held = [e for e in self.equalities if e.joints and e.joints <= set(root.joints)]
+        if tags := sorted({f"<{equality.tag}>" for equality in held}):
+            text = f"floats; what holds it in <equality> does not count: {', '.join(tags)}"
+            self._announce("root", name, text, "changed")
 
     def _tell_joints(self, robot: CompiledRobot, joints: list[int]) -> None:
         model = self.model

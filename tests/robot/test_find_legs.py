@@ -83,8 +83,11 @@ def test_a_waist_between_root_and_legs_is_locked(robot):
     assert relative_error(effort(turned), effort(robot)) < 1e-10
 
 
-@pytest.mark.parametrize(("count", "step"), [(3, -0.05), (6, -0.05), (7, -0.1)])
+@pytest.mark.parametrize(
+    ("count", "step"), [(3, -0.05), (6, -0.05), (7, -0.1), (4, -0.5), (6, -0.25), (7, -0.4)]
+)
 def test_arms_are_not_legs(robot, count, step):
+    """Nor where they reach lower than the feet."""
     armed = Robot.from_urdf(edited_urdf(add_arms(count, step=step)))
     assert armed.joint_names == robot.joint_names
     assert armed.mass == pytest.approx(56.87 + count, abs=1e-9)

@@ -100,6 +100,15 @@ def test_a_root_on_slides_and_hinges_floats(name):
     assert Robot.from_urdf(CASES / f"{name}.xml").mass > 0.0
 
 
+@pytest.mark.parametrize("tag", ["weld", "connect"])
+def test_a_root_that_an_equality_holds_floats_and_inspect_says_so(tag):
+    anchor = " anchor='0 0 0.3'" if tag == "connect" else ""
+    tie = f"<equality><{tag} body1='base'{anchor}/></equality>"
+    source = read_source(edited(text(), added(".", tie)))
+    assert f"what holds it in <equality> does not count: <{tag}>" in told(source, "root")
+    assert source.model() == read_source(text()).model()
+
+
 def test_the_robot_is_what_has_most_joints():
     ball = "<body name='ball'><freejoint/><geom size='0.1'/></body>"
     door = (

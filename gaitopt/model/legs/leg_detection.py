@@ -60,6 +60,8 @@ _UP_ORDER = ("z", "y", "x", "-z", "-y", "-x")  # the usual one first
 
 _MISSING = {"knee": "no knee between hip and ankle"}
 _HINTS = ("sole", "foot", "ankle")
+_ARM_WORDS = re.compile(r"(?i)arm|shoulder|elbow|wrist|hand|palm|finger|thumb|gripper")
+_LEG_WORDS = re.compile(r"(?i)leg|hip|thigh|knee|shin|calf|ankle|foot|feet|toe")
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven")
 _LEGS = "two legs of four to seven revolute joints each"
 _NEEDS = f"gaitopt walks on {_LEGS}"
@@ -106,6 +108,8 @@ class UnequalPair:
 
 def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None) -> LegPair:
     """Return the two legs: the pair of mirrored chains that reaches lowest.
+
+    Chains whose joints are named as those of arms count only where there are no others.
 
     Args:
         posed: the robot in its reference posture.
@@ -356,12 +360,29 @@ def _lowest_legs(posed: PosedModel, ends: tuple[int, int], up: Array, *, named: 
 
 def _lowest_pair(posed: PosedModel, up: Array) -> tuple[int, int] | None:
     heights = posed.points @ up
-    if not posed.leaves:
+    leaves = _without_arms(posed)
+    if not leaves:
         return None
-    first = min(posed.leaves, key=lambda j: float(heights[j]))
+    first = min(leaves, key=lambda j: float(heights[j]))
     near = _SAME_HEIGHT * posed.size
-    level = [j for j in posed.leaves if j != first and heights[j] - heights[first] < near]
+    level = [j for j in leaves if j != first and heights[j] - heights[first] < near]
     return (first, max(level, key=lambda j: _likeness(posed, first, j, up))) if level else None
+
+
+def _without_arms(posed: PosedModel) -> list[int]:
+    """Return the leaves but for those whose joints or link have names of an arm and none of a leg.
+
+    All of them, where the others are no two legs.
+    """
+
+    def is_arm(end: int) -> bool:
+        names = [str(posed.model.names[j]) for j in posed.model.supports[end] if j > 1]
+        words = " ".join([*names, foot_name(posed.model, end)])
+        return bool(_ARM_WORDS.search(words)) and not _LEG_WORDS.search(words)
+
+    arms = [j for j in posed.leaves if is_arm(j)]
+    apart = arms and _leg_like(posed, arms)
+    return [j for j in posed.leaves if j not in arms] if apart else posed.leaves
 
 
 def _likeness(posed: PosedModel, first: int, other: int, up: Array) -> tuple[int, bool, float]:
@@ -555,7 +576,7 @@ def _many_legs(posed: PosedModel, ends: tuple[int, int], up: Array) -> RobotErro
     """
     heights = posed.points @ up
     ground = min(heights[j] for j in ends) + _SAME_HEIGHT * posed.size
-    low = [j for j in posed.leaves if heights[j] < ground]
+    low = [j for j in _without_arms(posed) if heights[j] < ground]
     count = len(own_joints(posed.model, *ends))
     feet = [leg[-1] for leg in branches(posed.model, low) if len(leg) == count]
     if len(feet) < 3 or _shared(posed, low) > _MOST_SHARED:
@@ -563,7 +584,8 @@ def _many_legs(posed: PosedModel, ends: tuple[int, int], up: Array) -> RobotErro
     names = ", ".join(f"'{foot_name(posed.model, foot)}'" for foot in feet)
     return RobotError(
         f"no two legs were found: {number_word(len(feet))} chains of {joint_count(count)} each "
-        f"reach equally low, down to {names}; {_NEEDS}{_others(posed, feet)}"
+        f"reach equally low, down to {names}; {_NEEDS}; if two of them are, name its feet: "
+        f"{_NAME_FEET}"
     )
 
 
