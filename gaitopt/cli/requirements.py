@@ -111,7 +111,7 @@ def run(asked: RequirementsOptions) -> None:
     if output is not None:
         out.print(f"wrote {write_requirements(each, worst, output, uses)}", soft_wrap=True)
     if figure is not None:
-        from gaitopt.view.torque_speed import write_torque_speed_figure
+        from gaitopt.view.comparison_figures import write_torque_speed_figure
 
         out.print(f"wrote {write_torque_speed_figure(loops, figure, table)}", soft_wrap=True)
 

@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 from gaitopt.actuators.motors import read_motors
 from gaitopt.design.requirements import FIGURES, motor_loops, requirement
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.view.torque_speed import torque_speed_figure
+from gaitopt.view.comparison_figures import torque_speed_figure
 
 if sys.version_info >= (3, 11):
     import tomllib
