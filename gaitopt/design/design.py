@@ -154,8 +154,7 @@ def walk_after_diagnosis(
     if diagnosis is not None and diagnosis.gait is not None:
         from gaitopt.design.diagnosis import following
 
-        then = replace(search, options=following(search.options))
-        second = attempt(problem, then, diagnosis.gait)
+        second = attempt(problem, following(search), diagnosis.gait)
         if is_walk(second):
             return second
         if search.stop():
@@ -171,7 +170,7 @@ def _diagnosis(problem: WalkProblem, tried: Sequence[Solution], search: Search) 
     from gaitopt.design.diagnosis import diagnose
 
     try:
-        return diagnose(problem, tried, search.options, search.stop)
+        return diagnose(problem, tried, search)
     except UnreachableError:
         return None
 
@@ -180,13 +179,13 @@ def _with_another_solver(problem: WalkProblem, diagnosis: Diagnosis, search: Sea
     """Return the diagnosis of a walk that exists with what finds it, if anything does."""
     from gaitopt.design.diagnosis import Suggestion, followed, following
 
-    usual = following(replace(search.options, solver=DesignOptions().solver, differences="none"))
+    usual = following(search.quiet.changed(solver=DesignOptions().solver, differences="none"))
     x = diagnosis.gait
-    found = None if x is None else followed(problem.robot, problem.task, x, usual, search.stop)
+    found = None if x is None else followed(problem.robot, problem.task, x, usual)
     if x is None or found is None:
         return diagnosis
     words = "the default solver, started from the walk that the diagnosis found,"
-    told = Suggestion("", words, 0.0, 0.0, "", problem.robot, problem.task, usual, found)
+    told = Suggestion("", words, 0.0, 0.0, "", problem.robot, problem.task, usual.options, found)
     return replace(diagnosis, suggestions=(told,))
 
 

@@ -58,7 +58,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, Solution, Start, Status, Stop, never
+from gaitopt.nlp import Array, Solution, Start, Status
 from gaitopt.tolerances import FEASIBLE
 from gaitopt.units import digits
 
@@ -183,8 +183,7 @@ class Suggestion:
 def find_suggestions(
     problem: WalkProblem,
     relaxed: LeastRelaxation | None,
-    options: DesignOptions,
-    stop: Stop = never,
+    search: Search,
 ) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
     """Return what suffices, the most promising first, and the settings changed alone in vain.
 
@@ -192,29 +191,26 @@ def find_suggestions(
         problem: a walk without a gait.
         relaxed: its smallest relaxation; without one, only what asks for more than is usual is
             changed.
-        options: how the walk was searched for, and will be.
-        stop: ends the search.
+        search: how the walk was searched for, and will be.
 
     Raises:
-        StoppedError: `stop` said so.
+        StoppedError: the search was stopped.
     """
-    search = _Search(problem, following(options), stop)
+    suggesting = _Suggesting(problem, following(search))
     if relaxed is None:
-        search.give_usual_values()
+        suggesting.give_usual_values()
     else:
-        search.follow_relaxation(relaxed)
-    done = {found.setting for found in search.found if not found.also}
-    return tuple(search.found), tuple(name for name in search.tried if name not in done)
+        suggesting.follow_relaxation(relaxed)
+    done = {found.setting for found in suggesting.found if not found.also}
+    return tuple(suggesting.found), tuple(name for name in suggesting.tried if name not in done)
 
 
-def following(options: DesignOptions) -> DesignOptions:
+def following(search: Search) -> Search:
     """Return how a walk is designed from a walk that is known."""
-    return replace(options, approach="direct", diagnose=False)
+    return search.changed(approach="direct", diagnose=False)
 
 
-def followed(
-    robot: Robot, task: Task, x: Array, options: DesignOptions, stop: Stop = never
-) -> Design | None:
+def followed(robot: Robot, task: Task, x: Array, search: Search) -> Design | None:
     """Return the proven design that going on from a proven walk gives, which x leads to, or None.
 
     That is what `design(robot, task, options, start=gait)` computes from the gait returned, be it
@@ -224,63 +220,56 @@ def followed(
     Args:
         robot, task: as changed.
         x: a walk that nearly keeps the limits, shape (P,).
-        options: as `following` returns them.
-        stop: ends the search.
+        search: as `following` returns it.
 
     Raises:
-        StoppedError: `stop` said so.
+        StoppedError: the search was stopped.
     """
-    options = replace(options, solver=options.solver.limited(MAX_ITERATIONS))
-    first = _proven(WalkProblem(robot, task), x, options, stop)
+    search = search.changed(solver=search.options.solver.limited(MAX_ITERATIONS))
+    first = _proven(WalkProblem(robot, task), x, search)
     if first is None:
         return None
     # Another process that went this way again might go astray by rounding. What a person runs goes
     # on from the proven walk, so that is what must end in one.
     problem, multipliers = gone_on(WalkProblem(robot, task), first.gait)
-    return _proven(problem, first.gait.parameters, options, stop, multipliers)
+    return _proven(problem, first.gait.parameters, search, multipliers)
 
 
 def _proven(
-    problem: WalkProblem,
-    x: Array,
-    options: DesignOptions,
-    stop: Stop,
-    multipliers: Array | None = None,
+    problem: WalkProblem, x: Array, search: Search, multipliers: Array | None = None
 ) -> Design | None:
     """Return the design from x if it is proven.
 
     Raises:
-        StoppedError: `stop` said so.
+        StoppedError: the search was stopped.
     """
     try:
-        search = Search(options, stop=stop)
         solution = attempt(problem, search, x, multipliers)
-        if stop():
+        if search.stop():
             raise StoppedError(solution)
         if not is_walk(solution) or solution.status is Status.ITERATION_LIMIT:
             return None
         found = complete(problem, solution, search)
     except EvaluationError:
         return None
-    if stop():
+    if search.stop():
         raise StoppedError(solution)
     return found if found.proven else None
 
 
-class _Search:
+class _Suggesting:
     """A search for suggestions.
 
     Attributes:
         problem: a walk without a gait.
-        options: how a walk is designed that follows a suggestion.
-        stop: ends the search.
+        search: how a walk is designed that follows a suggestion.
         found: suggestions so far.
         tried: names of the settings that were changed alone in vain at least once.
         evaluations: so far.
     """
 
-    def __init__(self, problem: WalkProblem, options: DesignOptions, stop: Stop) -> None:
-        self.problem, self.options, self.stop = problem, options, stop
+    def __init__(self, problem: WalkProblem, search: Search) -> None:
+        self.problem, self.search = problem, search
         self.found: list[Suggestion] = []
         self.tried: list[str] = []
         self.evaluations = 0
@@ -382,7 +371,7 @@ class _Search:
     def _solved(self, program: RelaxedProgram, start: Start) -> Array | None:
         """Return the variables of a relaxed program's solution, None if it is not feasible."""
         early = EarlyStopping()
-        solution = solve_unless_stopped(RELAXATION_SOLVER, program, start, self.stop, early)
+        solution = solve_unless_stopped(RELAXATION_SOLVER, program, start, self.search.stop, early)
         self.evaluations += solution.evaluations
         return solution.x if solution.violation <= FEASIBLE else None
 
@@ -406,28 +395,28 @@ class _Search:
         except (InputError, UnreachableError):
             return None
         suggestion = self._follow(changes, x)
-        by_way = replace(self.options, approach="relaxed")
-        if suggestion is not None or not begins_relaxed(task, by_way):
+        by_way = self.search.changed(approach="relaxed")
+        if suggestion is not None or not begins_relaxed(task, by_way.options):
             return suggestion
         return self._follow(changes, x, by_way)
 
     def _follow(
-        self, changes: Changes, x: Array, options: DesignOptions | None = None
+        self, changes: Changes, x: Array, search: Search | None = None
     ) -> Suggestion | None:
         """Follow changes from x; return them if they lead to a proven walk."""
-        options = options or self.options
+        search = search or self.search
         try:
             robot, task = self._changed(changes)
         except InputError:
             return None
-        found = followed(robot, task, x, options, self.stop)
+        found = followed(robot, task, x, search)
         self.evaluations += MAX_ITERATIONS if found is None else found.solution.evaluations
         if found is None:
             return None
         first, *also = (Change(k.name, k.words, k.before, value, k.unit) for k, value in changes)
         return Suggestion(
             first.setting, first.words, first.before, first.after, first.unit,
-            robot, task, options, found, tuple(also),
+            robot, task, search.options, found, tuple(also),
         )  # fmt: skip
 
     def _changed(self, changes: Changes) -> tuple[Robot, Task]:
@@ -444,13 +433,13 @@ class _Search:
     def _without_impulse_cop(self, x: Array) -> None:
         robot, task = self.problem.robot, self.problem.task
         task = replace(task, margins=replace(task.margins, impulse_cop=False))
-        found = followed(robot, task, x, self.options, self.stop)
+        found = followed(robot, task, x, self.search)
         if found is None:
             self.tried.append("impulse_cop")
             return
         words = "the limit on the centre of pressure at the impact"
         self.found.append(
-            Suggestion("impulse_cop", words, 1.0, 0.0, "", robot, task, self.options, found)
+            Suggestion("impulse_cop", words, 1.0, 0.0, "", robot, task, self.search.options, found)
         )
 
 
@@ -645,22 +634,21 @@ def _worst_sentence(row: WorstRow) -> str:
 def diagnose(
     problem: WalkProblem,
     tried: Sequence[Solution] = (),
-    options: DesignOptions | None = None,
-    stop: Stop = never,
+    search: Search | None = None,
 ) -> Diagnosis:
     """Find out why a walk has no feasible gait and what change would give it one.
 
     Args:
         problem: the walk.
         tried: what solvers made of it, where they could start.
-        options: how the walk was searched for; suggestions are followed in the same way.
-        stop: ends the diagnosis.
+        search: how the walk was searched for; suggestions are followed in the same way.
 
     Raises:
         UnreachableError: not even an easier walk can be guessed.
-        StoppedError: `stop` said so.
+        StoppedError: the search was stopped.
     """
-    started, options = time.process_time(), options or DesignOptions()
+    started, search = time.process_time(), (search or Search()).quiet
+    stop = search.stop
     points = first_tries(problem, tried, stop)
     least = min(points, key=lambda s: s.violation, default=None)
     relaxed = None
@@ -676,7 +664,7 @@ def diagnose(
         return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
     impossible = tuple(sentence for _, sentence in contradictions(problem))
     conflict = () if relaxed is None else conflicts(problem, relaxed)
-    suggestions, vain = find_suggestions(problem, relaxed, options, stop)
+    suggestions, vain = find_suggestions(problem, relaxed, search)
     return Diagnosis(
         impossible=impossible,
         violation=np.inf if least is None else least.violation,

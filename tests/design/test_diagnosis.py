@@ -175,7 +175,7 @@ def test_the_usual_solver_is_suggested_where_another_gives_up(robot, monkeypatch
 def test_without_a_relaxation_the_usual_values_are_suggested(robot):
     task = preset_task(torque_limit=5.0, liftoff_speed=1.0, **COARSE)
     problem = WalkProblem(robot, task)
-    found, tried = diagnosing.find_suggestions(problem, None, QUICK)
+    found, tried = diagnosing.find_suggestions(problem, None, Search(QUICK))
     assert tried  # alone neither suffices
     (suggestion,) = found
     assert {change.setting for change in suggestion.changes} == {"torque_limit", "liftoff_speed"}

@@ -9,7 +9,7 @@ from gaitopt.design import diagnosis as diagnosing
 from gaitopt.design.design import compare_solvers, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times
-from gaitopt.design.pipeline import gone_on
+from gaitopt.design.pipeline import Search, gone_on
 from gaitopt.errors import InputError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -79,12 +79,12 @@ def test_what_is_suggested_was_gone_on_from(robot, refined_design, monkeypatch):
     task, x = refined_design.problem.task, refined_design.gait.parameters
     asked = []
 
-    def proven(problem, x, options, stop, multipliers=None):
+    def proven(problem, x, search, multipliers=None):
         asked.append((problem, x, multipliers))
         return refined_design
 
     monkeypatch.setattr(diagnosing, "_proven", proven)
-    assert diagnosing.followed(robot, task, x + 0.01, DIRECT) is refined_design
+    assert diagnosing.followed(robot, task, x + 0.01, Search(DIRECT)) is refined_design
     (first, _, none), (second, at, multipliers) = asked
     assert none is None
     assert first.grid.count == task.samples
@@ -94,4 +94,4 @@ def test_what_is_suggested_was_gone_on_from(robot, refined_design, monkeypatch):
 
     answers = iter([refined_design, None])
     monkeypatch.setattr(diagnosing, "_proven", lambda *_, **__: next(answers))
-    assert diagnosing.followed(robot, task, x, DIRECT) is None
+    assert diagnosing.followed(robot, task, x, Search(DIRECT)) is None
