@@ -397,6 +397,7 @@ class _Extraction:
         for names, text in (
             (forces.left_out, "their force on the joints depends on the posture and is left out"),
             (forces.muscles, "muscles count with their pull at rest at their best length"),
+            (forces.dc_motors, "DC motors count with their torque at rest, which falls with speed"),
             (forces.disabled, "<option actuatorgroupdisable> switches them off: not counted"),
         ):
             if names:

@@ -34,6 +34,7 @@ class ActuatorForces:
         coupled: joints that share an actuator through a tendon, whose ranges are not independent.
         left_out: actuators whose force on joints depends on the posture.
         muscles: actuators that count with what they pull at rest at their best length.
+        dc_motors: actuators that count with their torque at rest, without cogging.
         disabled: actuators in groups that the options of the file switch off.
     """
 
@@ -42,6 +43,7 @@ class ActuatorForces:
     coupled: frozenset[int]
     left_out: tuple[str, ...]
     muscles: tuple[str, ...] = ()
+    dc_motors: tuple[str, ...] = ()
     disabled: tuple[str, ...] = ()
 
 
@@ -51,7 +53,7 @@ def actuator_forces(compiled: Compilation) -> ActuatorForces:
     kinds, single = mujoco.mjtTrn, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
     sums: dict[int, Range] = {}
     coupled: set[int] = set()
-    left_out, muscles, disabled = [], [], []
+    left_out, muscles, dc_motors, disabled = [], [], [], []
     for index in range(len(model.actuator_trntype)):
         name = compiled.name("actuator", index)
         group = int(model.actuator_group[index])
@@ -60,6 +62,8 @@ def actuator_forces(compiled: Compilation) -> ActuatorForces:
             continue
         if int(model.actuator_gaintype[index]) == mujoco.mjtGain.mjGAIN_MUSCLE:
             muscles.append(name)
+        if _is_dc_motor(compiled, index):
+            dc_motors.append(name)
         force = _by_control(compiled, index)
         if model.actuator_forcelimited[index]:
             force = _clamped(force, model.actuator_forcerange[index])
@@ -84,7 +88,7 @@ def actuator_forces(compiled: Compilation) -> ActuatorForces:
         if model.jnt_actfrclimited[joint]:
             sums[joint] = _clamped(sums.get(joint, FREE), model.jnt_actfrcrange[joint])
     return ActuatorForces(
-        sums, driven, frozenset(coupled), *map(tuple, (left_out, muscles, disabled))
+        sums, driven, frozenset(coupled), *map(tuple, (left_out, muscles, dc_motors, disabled))
     )
 
 
@@ -95,6 +99,9 @@ def _by_control(compiled: Compilation, index: int) -> Range:
     gains, biases = model.actuator_gainprm[index], model.actuator_biasprm[index]
     if gain == mujoco.mjtGain.mjGAIN_MUSCLE:
         return _scaled(_signal(compiled, index), -_muscle_peak(model, index))
+    if _is_dc_motor(compiled, index) and not gains[2:].any():  # else it has a controller
+        resistance, constant = (float(n) for n in gains[:2])
+        return _scaled(_signal(compiled, index), constant / resistance)
     affine = (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE)
     if gain not in affine or bias not in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE):
         return FREE
@@ -109,6 +116,12 @@ def _by_control(compiled: Compilation, index: int) -> Range:
         offset = float(biases[0])
     least, most = _scaled(_signal(compiled, index), float(gains[0]))
     return least + offset, most + offset
+
+
+def _is_dc_motor(compiled: Compilation, index: int) -> bool:
+    """Tell whether an actuator is a DC motor, which MuJoCo has since version 4."""
+    kind = getattr(compiled.mujoco.mjtGain, "mjGAIN_DCMOTOR", None)
+    return kind is not None and int(compiled.model.actuator_gaintype[index]) == kind
 
 
 def _muscle_peak(model: Any, index: int) -> float:
@@ -130,7 +143,9 @@ def _signal(compiled: Compilation, index: int) -> Range:
         return signal
     if kind == kinds.mjDYN_MUSCLE:
         signal = (0.0, 1.0)
-    elif kind not in (kinds.mjDYN_FILTER, kinds.mjDYN_FILTEREXACT):
+    elif kind not in (kinds.mjDYN_FILTER, kinds.mjDYN_FILTEREXACT) and not _is_dc_motor(
+        compiled, index
+    ):
         signal = FREE
     if model.actuator_actlimited[index]:
         signal = _clamped(signal, model.actuator_actrange[index])

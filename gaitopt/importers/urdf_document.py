@@ -37,6 +37,7 @@ _OTHER_FORMATS = {
     "sdf": "convert it to URDF",
     "COLLADA": "give the robot's URDF, not one of its meshes",
 }
+_OLD_MACROS = ("include", "property", "macro")  # of xacro before it had a name space
 _SINGLE_TAGS = {
     "link": ("inertial",),
     "inertial": ("origin", "mass", "inertia"),
@@ -388,6 +389,18 @@ def _from_rpy(rpy: Vector) -> Array:
     )
 
 
+def _refuse_hidden(tree: XmlTree) -> None:
+    """Refuse links and joints inside of other elements, which no reader of URDFs finds."""
+    for outer in tree.root:
+        for inner in () if outer.tag == "gazebo" else outer.iter():
+            hidden = {"link": "name", "joint": "type"}.get(inner.tag, "")
+            if inner is not outer and hidden in inner.attrib:
+                raise NamedElement(tree, inner).refusal(
+                    f"it stands inside <{printable(outer.tag)}>, where it does not count; put it "
+                    "into <robot> itself, or remove it"
+                )
+
+
 def check_tree(tree: XmlTree) -> None:
     """Check names and parents: one root, and every other link hanging on exactly one joint.
 
@@ -395,6 +408,7 @@ def check_tree(tree: XmlTree) -> None:
         RobotError: naming the line, the link or joint, and what to do.
     """
     _check_root(tree.root)
+    _refuse_hidden(tree)
     links, joints = _named(tree, "link"), _named(tree, "joint")
     if not links:
         raise RobotError("the URDF has no <link>; it describes no robot. Give another file")
@@ -432,7 +446,13 @@ def _check_root(root: Element) -> None:
         raise RobotError(
             f"the file holds <{root.tag}>, not a URDF (<robot>) or MJCF (<mujoco>); {hint}"
         )
-    macros = [f"<{element.tag}>" for element in root.iter() if element.tag.startswith("xacro:")]
+    spaces = {name[6:] for name, address in root.attrib.items() if address.endswith("/xacro")}
+    macros = [
+        f"<{element.tag}>"
+        for element in root.iter()
+        if element.tag.rpartition(":")[0] in {"xacro", *spaces} - {""}
+    ]
+    macros += [f"<{element.tag}>" for element in root if element.tag in _OLD_MACROS]
     names = (element.get("name", "") for element in root if element.tag in ("link", "joint"))
     macros += [f'name="{name}"' for name in names if "${" in name]
     if macros:

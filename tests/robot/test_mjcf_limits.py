@@ -171,6 +171,29 @@ def test_a_muscle_pulls_as_mujoco_says_at_its_best_length():
     assert any("does not reach to both sides of 0" in p.text for p in source.problems)
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "motorconst='0.1' resistance='0.5' ctrlrange='-24 24' gear='50'",
+        "motorconst='0.1 0.2' resistance='0.5' ctrlrange='-24 12' gear='-20'",
+        "nominal='24 5 300' ctrlrange='-24 24' gear='10'",
+        "motorconst='0.1' resistance='0.5' saturation='0 10 0' ctrlrange='-24 24' gear='9'",
+        "motorconst='0.1' resistance='0.5' saturation='3 10 0' ctrlrange='-24 24'",
+    ],
+)
+def test_a_dc_motor_counts_with_its_torque_at_rest(words):
+    text = edited(TEXT, together(MUSCLES, added(".//actuator", f"<dcmotor {KNEE} {words}/>")))
+    source, model = read_source(text), mujoco.MjModel.from_xml_string(text)
+    forces, data, knee = [], mujoco.MjData(model), model.joint("knee").dofadr[0]
+    for sign in (-1e3, 1e3):
+        data.ctrl[1] = sign
+        mujoco.mj_forward(model, data)
+        forces.append(data.qfrc_actuator[knee])
+    (joint,) = [j for j in source.compiled.joints if j.name == "knee"]
+    assert [joint.least, joint.most] == pytest.approx(sorted(forces), rel=1e-12)
+    assert any("DC motors count with their torque at rest" in f.text for f in source.notes)
+
+
 def test_motors_that_the_options_switch_off_are_told():
     group = "<option actuatorgroupdisable='1'/>"
     text = edited(TEXT, together(at(".//actuator/motor", group="1"), added(".", group)))

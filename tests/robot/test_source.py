@@ -74,6 +74,21 @@ def test_a_file_and_its_text_describe_the_same_robot(tmp_path, model, rng):
             r"the file holds <sdf>, not a URDF \(<robot>\) or MJCF \(<mujoco>\); convert it",
         ),
         (b"<robot name='a'><xacro:leg side='left'/></robot>", "still holds xacro macros"),
+        (
+            b"<robot name='a' xmlns:x='http://ros.org/xacro'><x:if value='1'><link name='b'/>"
+            b"</x:if></robot>",
+            r"still holds xacro macros \(<x:if>\); expand them",
+        ),
+        (b"<robot name='a'><property name='m' value='2'/></robot>", r"macros \(<property>\)"),
+        (b"<robot name='a'><include filename='legs.urdf'/></robot>", r"macros \(<include>\)"),
+        (
+            b"<robot name='a'>\n<link name='b'/><group><link name='c'/></group></robot>",
+            "line 2: link 'c': it stands inside <group>, where it does not count; put it",
+        ),
+        (
+            b"<robot name='a'>\n<link name='b'>\n<joint name='c' type='fixed'/></link></robot>",
+            "line 3: joint 'c': it stands inside <link>",
+        ),
         (b"<mujoco><worldbody/></mujoco>", "has no body that moves"),
     ],
 )
