@@ -3,9 +3,8 @@ from dataclasses import replace
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
-from gaitopt.design.design import search
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import RELAXED_LIFTOFF
+from gaitopt.design.pipeline import RELAXED_LIFTOFF, Search, attempt
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
@@ -23,7 +22,7 @@ def problem(robot):
 
 def walked(problem, approach):
     options = replace(QUICK, approach=approach)
-    return search(problem, options, first_guess(problem), None)
+    return attempt(problem, Search(options), first_guess(problem))
 
 
 def test_both_approaches_end_with_the_exact_lift_off(problem):
