@@ -25,6 +25,7 @@ from gaitopt.nlp import Array
 
 _REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
 _SHORTEST = 1e-50
+_CLOSEST = 1e-9  # of a step: nearer to each other no two of its times are
 """Duration of a step [s]: what is divided by it still has a value."""
 _NOWHERE = 1e-12  # m: rounding in a step in place
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
@@ -557,7 +558,7 @@ def _check_double(gait: Gait) -> None:
         )
     near = 1e-9 * gait.duration
     fits = abs(knots[0] - gait.knots[-1]) <= near and abs(knots[-1] - gait.duration) <= near
-    if not ((np.diff(knots) > 0.0).all() and fits):
+    if not (_increase(knots) and fits):
         raise InputError(
             "the gait's double_knots must increase from the last of its knots to the end of the "
             "step"
@@ -590,7 +591,7 @@ def _turns(gait: Gait, part: str) -> bool:
         return False
     if not (isinstance(contact, str) and contact):
         raise InputError(f"the gait's {part}_contact must name the contact in which the foot turns")
-    if knots.size < 2 or sizes != (6, knots.size + 2) or not (np.diff(knots) > 0.0).all():
+    if knots.size < 2 or sizes != (6, knots.size + 2) or not _increase(knots):
         raise InputError(
             f"the gait's {part}_knots must increase, two values at least, with {part}_coefficients "
             f"two more, and {part}_hinge must be six numbers"
@@ -601,10 +602,15 @@ def _turns(gait: Gait, part: str) -> bool:
 _OF_TURN = ("hinge", "knots", "coefficients")
 
 
+def _increase(times: Array) -> bool:
+    """Whether times increase, by enough for splines between them."""
+    return bool((np.diff(times) > _CLOSEST * (times[-1] - times[0])).all())
+
+
 def _check_times(gait: Gait) -> None:
     for name in ("time", "knots"):
         values = getattr(gait, name)
-        if len(values) < 2 or values[0] != 0.0 or not (np.diff(values) > 0.0).all():
+        if len(values) < 2 or values[0] != 0.0 or not _increase(values):
             raise InputError(f"the gait's '{name}' must increase from 0 s, two values at least")
     if gait.duration < _SHORTEST:
         raise InputError(

@@ -81,6 +81,7 @@ def broken(name, index, value):
         ({"knots": KNOTS.astype(str)}, "'knots' is not an array of numbers"),
         (broken("time", 5, 0.2), "'time' must increase from 0 s"),
         ({"knots": [0.0, 0.2, 0.2, 0.4]}, "'knots' must increase from 0 s"),
+        ({"knots": [0.0, 1e-300, 0.2, 0.4]}, "'knots' must increase from 0 s"),
         ({"knots": [0.0, 0.2, 0.2, 0.4], "coefficients": None}, "'knots' must increase from 0 s"),
         ({"dq": np.ones((30, 12)), "coefficients": None}, r"'dq' has shape \(30, 12\)"),
         ({"knots": [0.0, 0.1, 0.3]}, "last knot is 0.3 s; it must be the end of the step, 0.4 s"),
