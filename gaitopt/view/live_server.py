@@ -23,7 +23,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError
-from gaitopt.view.scene_server import LOCAL, listening_socket
+from gaitopt.view.scene_server import LOCAL, hosts_of, listening_socket
 from gaitopt.view.viewer import data_text
 
 LONELY = 3.0  # s without a page before the server ends, once there was one
@@ -99,7 +99,7 @@ def serve(
     name = f"[{host}]" if ":" in host else host
     url = f"http://{name}:{listening.getsockname()[1]}/"
     with _switching(SWITCH):
-        asyncio.run(_serve(session, listening, url, on_ready, stay))
+        asyncio.run(_serve(session, listening, hosts_of(host), url, on_ready, stay))
 
 
 @contextlib.contextmanager
@@ -118,7 +118,12 @@ def _switching(interval: float) -> Iterator[None]:
 
 
 async def _serve(
-    session: Session, listening: Any, url: str, on_ready: Callable[[str], None], stay: bool
+    session: Session,
+    listening: Any,
+    hosts: str,
+    url: str,
+    on_ready: Callable[[str], None],
+    stay: bool,
 ) -> None:
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -127,9 +132,11 @@ async def _serve(
             loop.add_signal_handler(number, ended.set)
     desk = _Desk(session, loop, ended.set)
     application = Application(
-        [(r"/", _Page, {"session": session}), (r"/socket", _Socket, {"desk": desk})],
         log_function=lambda _: None,
         websocket_max_message_size=LARGEST,
+    )
+    application.add_handlers(
+        hosts, [(r"/", _Page, {"session": session}), (r"/socket", _Socket, {"desk": desk})]
     )
     served = HTTPServer(application)
     served.add_socket(listening)

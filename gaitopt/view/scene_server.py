@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import re
 import socket
 import threading
 import warnings
@@ -115,13 +116,14 @@ class SceneServer:
 
     def _run(self, listening: socket.socket) -> None:
         asyncio.set_event_loop(self._loop)
-        application = Application(
+        application = Application(log_function=lambda _: None)
+        application.add_handlers(
+            hosts_of(self.host),
             [
                 (r"/static/(.*)", _Files, {"path": str(viewer_root()),
                                            "default_filename": "index.html"}),
                 (r"/", _Socket, {"server": self, "viewers": self._viewers}),
             ],
-            log_function=lambda _: None,
         )  # fmt: skip
         served = HTTPServer(application)
         served.add_socket(listening)
@@ -224,6 +226,15 @@ def _bound(host: str, port: int) -> socket.socket:
 def is_local(host: str) -> bool:
     """Whether only this machine can reach an address."""
     return host in ("localhost", "::1") or host.startswith("127.")
+
+
+def hosts_of(host: str) -> str:
+    """Return the pattern of names under which a server that listens there may be asked for.
+
+    One that only this machine can reach has no other names: a page of another site that lets its
+    own name mean this machine would pass for one of the server's own.
+    """
+    return rf"localhost|127\.[\d.]+|\[?::1\]?|{re.escape(host)}" if is_local(host) else ".*"
 
 
 class Player:

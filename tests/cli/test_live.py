@@ -254,6 +254,12 @@ async def _of_another_site(url):
     await websocket_connect(HTTPRequest(address, headers={"Origin": "http://example.org"}))
 
 
+async def _under_another_name(url):
+    """As a page does whose site lets its own name mean this machine."""
+    names = {"Host": "example.org", "Origin": "http://example.org"}
+    await websocket_connect(HTTPRequest(f"{url.replace('http', 'ws')}socket", headers=names))
+
+
 def test_nonsense_is_passed_over_other_sites_are_refused_and_a_signal_ends_it(served):
     process, url = served
     answer = asyncio.run(_nonsense(url))
@@ -261,6 +267,8 @@ def test_nonsense_is_passed_over_other_sites_are_refused_and_a_signal_ends_it(se
     assert "1.01 m/s" in answer["words"]["title"]
     with pytest.raises(HTTPClientError, match="403"):
         asyncio.run(_of_another_site(url))
+    with pytest.raises(HTTPClientError, match="404"):
+        asyncio.run(_under_another_name(url))
     process.send_signal(signal.SIGINT)
     assert process.wait(300) == 0
 
