@@ -23,9 +23,8 @@ from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
-from gaitopt.mechanics.closed_chain import ClosedJump
 from gaitopt.mechanics.hinged import standing_robot
-from gaitopt.mechanics.impact import FlatJump
+from gaitopt.mechanics.impact import ClosedJump, FlatJump
 from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
     at_rest,

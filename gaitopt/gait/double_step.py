@@ -61,13 +61,12 @@ from gaitopt.mechanics.closed_chain import (
     FREE,
     TIED,
     ClosedChain,
-    ClosedImpact,
     ClosedMotion,
     refuse_open,
     taken_hessian,
     taken_jacobian,
 )
-from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState
+from gaitopt.mechanics.impact import ClosedImpact, ImpactDerivatives, ImpactState
 from gaitopt.mechanics.single_support import SupportState
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import cached_workspace

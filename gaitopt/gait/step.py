@@ -25,7 +25,7 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineInX
 from gaitopt.gait.walk_point import Product
 from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, leg_pairs
-from gaitopt.mechanics.closed_chain import ClosedJump, ClosedMotion
+from gaitopt.mechanics.closed_chain import ClosedMotion
 from gaitopt.mechanics.forward_kinematics import (
     ROLL,
     YAW,
@@ -35,7 +35,7 @@ from gaitopt.mechanics.forward_kinematics import (
     Trunk,
     bodies_of,
 )
-from gaitopt.mechanics.impact import FlatJump, ImpactDerivatives, ImpactState, Turning
+from gaitopt.mechanics.impact import ClosedJump, FlatJump, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
 from gaitopt.mechanics.spatial import apply
 from gaitopt.model.coupling import Tangent

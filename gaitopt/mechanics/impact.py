@@ -29,6 +29,18 @@ w D_joints,base t, and I, the impulse on the foot, is what its base takes. Of th
 section 2.4.1 it is the one in which all that meets the ground stays on it, and possible where I can
 be: it pushes, within its friction cone, through a point of the sole. Derivatives are those of the
 inverse dynamics (docs/derivations.md, 5.6).
+
+After the second outcome of an impact, section 2.4.1, both feet stay on the ground: the swing foot
+lands flat and the rear foot stays flat. No joint gives an impulse, so that with F the impulse of
+the ground on the landing foot, in the world, and D the inertia matrix, whose rows and columns of
+the joints are M,
+
+    M (dq+ - dq-) = S . F,       I_rear = D_0 (dq+ - dq-) - F
+
+and the rates after it close the chain of both legs (`ClosedImpact`). Given F nothing is left to be
+solved for but the jump: F is a parameter, and the rates before follow from those after. Derivatives
+are those of an inverse dynamics without gravity and rates, whose acceleration is the jump, less
+what F does (docs/derivations.md).
 """
 
 from __future__ import annotations
@@ -597,7 +609,19 @@ class FlatJump:
     inertia: Array
 
 
-class FlatImpact:
+class _StandingImpact:
+    """What impacts need after which feet stay: the robot without gravity."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._model = robot.model.copy()
+        self._model.gravity = pin.Motion.Zero()
+        self._data = self._model.createData()
+        self._q, self._v = pin.neutral(self._model), np.zeros(self._model.nv)
+        self._tree = robot.tree
+        self._bodies = cached_workspace(robot, body_inertias)
+
+
+class FlatImpact(_StandingImpact):
     """Evaluates the impact of one robot whose stance foot has turned about a hinge."""
 
     def __init__(self, robot: Robot, hinge: Hinge) -> None:
@@ -615,13 +639,8 @@ class FlatImpact:
                 "foot_flat 'impact' is for robots all of whose joints have motors of their own; "
                 "joints of this robot follow others: take foot_flat 'gentle' (--foot-flat gentle)"
             )
+        super().__init__(robot)
         self._twist = hinge.twist
-        self._model = robot.model.copy()
-        self._model.gravity = pin.Motion.Zero()
-        self._data = self._model.createData()
-        self._q, self._v = pin.neutral(self._model), np.zeros(self._model.nv)
-        self._tree = robot.tree
-        self._bodies = cached_workspace(robot, body_inertias)
 
     def at(self, posture: Array, rate: float) -> FlatJump:
         """Return what the impact does, with its derivatives.
@@ -670,3 +689,83 @@ class FlatImpact:
         H[:n] += mixed
         H[:, :n] += mixed.T
         return H
+
+
+@dataclass(frozen=True)
+class ClosedJump:
+    """What an impact does to the robot, and the local derivatives of its inverse dynamics.
+
+    Attributes:
+        posture: angles at the impact, shape (n,).
+        jump: of the rates, dq+ - dq-, shape (n,).
+        rear: impulse of the ground on the rear foot, in its sole frame, shape (6,).
+        axes: of the joints in the world, shape (n, 6).
+        of_posture: derivative of D (dq+ - dq-) in the posture, shape (6 + n, n).
+        inertia: columns of the joints of D [kg, kg·m, kg·m²], shape (6 + n, n).
+    """
+
+    posture: Array
+    jump: Array
+    rear: Array
+    axes: Array
+    of_posture: Array
+    inertia: Array
+
+    def along(self, posture: Array, taken: Array) -> tuple[Array, Array]:
+        """Return derivatives of the jump (n, P) and of the rear impulse (6, P).
+
+        Args:
+            posture: derivatives of the angles, shape (n, P).
+            taken: of the impulse on the front foot, in the world, and of its moments about the
+                joints, at fixed and moving axes, shape (6 + n, P).
+        """
+        moved = self.of_posture @ posture
+        jump = solve(self.inertia[TWIST:], taken[TWIST:] - moved[TWIST:])
+        return jump, moved[:TWIST] + self.inertia[:TWIST] @ jump - taken[:TWIST]
+
+    def adjoint(self, jump: Array, rear: Array) -> Array:
+        """Return e of e . (D jump - [F; S . F]), which has the derivatives of a weighted sum.
+
+        Args:
+            jump: weights of the jump, shape (n,).
+            rear: weights of the rear impulse, shape (6,).
+
+        Returns:
+            Shape (6 + n,).
+        """
+        back = solve(self.inertia[TWIST:].T, jump + self.inertia[:TWIST].T @ rear)
+        return np.concatenate([rear, -back])
+
+
+class ClosedImpact(_StandingImpact):
+    """Evaluates the impact of one robot after which both feet stay."""
+
+    def at(self, posture: Array, axes: Array, force: Array) -> ClosedJump:
+        """Return what the impact does.
+
+        Args:
+            posture: angles, shape (n,).
+            axes: of the joints in the world, shape (n, 6).
+            force: impulse of the ground on the front foot, in the stance sole frame, shape (6,)
+                [N·s, N·m·s].
+        """
+        self._q[TWIST + 1 :] = posture
+        model, data = self._model, self._data
+        D = np.array(pin.crba(model, data, self._q))
+        jump = solve(D[TWIST:, TWIST:], axes @ force)
+        acceleration = np.concatenate([np.zeros(TWIST), jump])
+        pin.computeRNEADerivatives(model, data, self._q, self._v, acceleration)
+        rear = D[:TWIST, TWIST:] @ jump - force
+        return ClosedJump(
+            posture, jump, rear, axes, data.dtau_dq[:, TWIST:].copy(), D[:, TWIST:].copy()
+        )
+
+    def hessian(self, at: ClosedJump, weights: Array) -> InverseDynamicsHessian:
+        """Return the second derivatives of weights . D jump, weights (6 + n,)."""
+        still = np.zeros((1, len(at.posture)))
+        dynamics = WeightedDynamics(
+            at.axes[None], at.posture[None], still, at.jump[None], np.zeros((1, TWIST)),
+            weights[None],
+        )  # fmt: skip
+        inertias = self._bodies.in_world(dynamics.posture)
+        return inverse_dynamics_hessian(inertias, dynamics, self._tree)

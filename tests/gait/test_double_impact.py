@@ -23,7 +23,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.grid import proof_grid
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.mechanics.closed_chain import ClosedImpact
+from gaitopt.mechanics.impact import ClosedImpact
 from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds
