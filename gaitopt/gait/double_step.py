@@ -9,7 +9,7 @@ no impact. The ground's wrench on the front foot is a cubic polynomial of time i
 what is left of the whole wrench is the rear foot's.
 
 Where an impact begins the double support, the rates jump by what the impulse on the front foot, a
-parameter, does to the robot (`mechanics/closed_chain.py`). Both legs have splines of their own
+parameter, does to the robot (`mechanics/impact.py`). Both legs have splines of their own
 before it, and the stance leg another one after it. Where the rear foot turns about its toe
 before and while both stand, its hinge is a joint in front of the stance leg, whose angle is a
 spline of its own (`gait/foot_turn.py`).
