@@ -146,6 +146,15 @@ class NLP(ABC):
             EvaluationError: the problem is not defined at x.
         """
 
+    def cost_curvature(self, x: Array) -> Array | None:
+        """Return the (n, n) Hessian of cost_scale * cost as if what it is told of were linear in x.
+
+        Of a sum of squares that is Gauss and Newton's, never below zero. None where it is not known
+        or leads no better to a solution from far away than the Hessian itself.
+        """
+        del x
+        return None
+
     @abstractmethod
     def describe(self, row: int) -> str:
         """Name a row to a person: "left_knee torque at 80.0 % of the step"."""

@@ -340,12 +340,33 @@ class WalkProblem(NLP):
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)
         H = self._bent(found, weights)
-        if cost_weight != 0.0:
-            for one, (pairs, bent) in self.cost.neighbours(step).items():
-                first, second = (found.jacobians[one][pairs[:, end]] for end in (0, 1))
-                weighed = (cost_weight * bent)[:, :, None] * second
-                mixed = np.tensordot(first, weighed, ((0, 1), (0, 1)))
-                H += mixed + mixed.T
+        return H if cost_weight == 0.0 else H + self._between_rows(found, cost_weight)
+
+    def cost_curvature(self, x: Array) -> Array | None:
+        """Return the Hessian of the cost as if its quantities were linear in x, see `NLP`.
+
+        Where only the legs move, searches with the Hessian itself are as short: None.
+        """
+        if self.robot.tree.serial:
+            return None
+        found = self._derivatives(x)
+        second = self.cost.hessian(found.whole)
+        if all(quantities.TRAVEL in pair for pair in second):
+            return None  # as of a largest torque, which is linear
+        weights = StepWeights.zero(found.whole)
+        for pair, bent in second.items():
+            weights.add_second(pair, slice(None), self.cost_scale * bent)
+        H = pairs_added(np.zeros((x.size, x.size)), weights, found.jacobians)
+        return H + self._between_rows(found, self.cost_scale)
+
+    def _between_rows(self, found: _Derivatives, cost_weight: float) -> Array | float:
+        """Return what a cost that mixes instants adds to its Hessian, (P, P) or 0."""
+        H: Array | float = 0.0
+        for one, (pairs, bent) in self.cost.neighbours(found.whole).items():
+            first, second = (found.jacobians[one][pairs[:, end]] for end in (0, 1))
+            weighed = (cost_weight * bent)[:, :, None] * second
+            mixed = np.tensordot(first, weighed, ((0, 1), (0, 1)))
+            H = H + mixed + mixed.T
         return H
 
     def _differentiated(

@@ -100,9 +100,9 @@ class TrustRegion:
             return TrustRegion(min(self.largest, GROW * self.radius), self.largest)
         return self
 
-    def shrunk(self, length: float) -> TrustRegion:
+    def shrunk(self, length: float, share: float = SHRINK) -> TrustRegion:
         """Return the region after a rejected step of infinity norm `length`."""
-        return TrustRegion(SHRINK * min(self.radius, length), self.largest)
+        return TrustRegion(share * min(self.radius, length), self.largest)
 
 
 def agreement(actual: float, predicted: float, rounding: float) -> float:

@@ -21,6 +21,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array
 from gaitopt.solvers.adapters import Evaluator
+from gaitopt.solvers.qp import is_definite
 from gaitopt.solvers.solver import Iterate
 
 DAMPING = 0.2
@@ -100,6 +101,19 @@ class LagrangianHessian:
             self._matrix = 0.5 * (H + H.T) * np.outer(scale, scale)
             self.definite = False
         return self._matrix
+
+    def of_cost(self, iterate: Iterate) -> Array | None:
+        """Return what the cost alone bends at an iterate, positive definite, shape (n, n).
+
+        None where the Hessian is not exact, and where `NLP.cost_curvature` is none or below zero.
+        """
+        nlp = self._evaluator.nlp
+        bent = nlp.cost_curvature(iterate.point.x) if self._exact else None
+        if bent is None:
+            return None
+        scale = nlp.variables.scale
+        bent = bent * np.outer(scale, scale) + FLOOR * np.eye(scale.size)
+        return bent if is_definite(bent) else None
 
     def update(self, old: Iterate, new: Iterate) -> None:
         """Update the approximation after a step, with the new multipliers at both ends."""

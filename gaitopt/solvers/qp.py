@@ -74,7 +74,7 @@ def solve_qp(program: QuadraticProgram, preferred: str) -> QuadraticSolution | N
         The solution, or None when no backend found one.
     """
     best, least = None, TOLERABLE
-    if not _is_definite(program.P):
+    if not is_definite(program.P):
         return None
     for backend in (preferred, *(b for b in BACKENDS if b != preferred)):
         solution = _ask(program, backend)
@@ -110,8 +110,8 @@ def _mismatch(multipliers: Array, distances: Array) -> float:
     return float(np.abs(np.minimum(multipliers, distances)).max(initial=0.0))
 
 
-def _is_definite(P: Array) -> bool:
-    """Return whether a matrix is positive definite in the computer's numbers."""
+def is_definite(P: Array) -> bool:
+    """Return whether a matrix (n, n) is positive definite in the computer's numbers."""
     try:
         np.linalg.cholesky(P)
     except np.linalg.LinAlgError:

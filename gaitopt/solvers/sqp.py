@@ -26,6 +26,7 @@ from gaitopt.solvers.globalization import (
     LARGE_VIOLATION,
     NEARLY_FEASIBLE,
     RAISE,
+    SHRINK,
     STALLED_AFTER,
     STALLED_AFTER_BFGS,
     STEERED,
@@ -77,6 +78,9 @@ POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
+FAR, HALF = 0.1, 0.5
+"""KKT residual above which a step that is not taken is tried again with what the cost alone bends,
+and the share of its length to which the region then shrinks (measured)."""
 RECHECK_AFTER = 4
 """Feasible iterates in a row with no better KKT residual, after which the iterate is judged by its
 least-squares multipliers. Those of a step are poor where rows have nearly the same gradients (a
@@ -197,6 +201,7 @@ class _Run:
         self.strides = 0
         self.idle, self.least_residual = 0, np.inf
         self.model: LocalModel | None = None
+        self.by_cost = False  # whether the model bends as the cost alone does
 
     def iterate_until_verdict(self) -> Status:
         """Go on from iterate to iterate until one is optimal, or the reason why not is known."""
@@ -429,7 +434,7 @@ class _Run:
     def _take(self, iterate: Iterate, trial: Trial) -> None:
         """Take an iterate, and learn from the step to it."""
         self.hessian.update(self.iterate, iterate)
-        self.iterate, self.model = iterate, None
+        self.iterate, self.model, self.by_cost = iterate, None, False
         self.last_length, self.slack = trial.step.length, trial.step.slack
 
     def _unblock(self, trial: Trial | None) -> None:
@@ -443,10 +448,26 @@ class _Run:
             self.resets_left -= 1
 
     def _shrink(self, length: float) -> None:
-        self.region = self.region.shrunk(max(length, self.options.min_radius))
+        """Shrink the region after a step that is not taken; the model may change, too."""
+        bent = self._of_cost()
+        share = SHRINK if bent is None else HALF
+        self.region = self.region.shrunk(max(length, self.options.min_radius), share)
         self.last_length = self.region.radius
-        if self.hessian.borrowed:
+        if bent is not None:
+            self.by_cost = True
+            self.model = build_model(self.nlp, self.iterate, bent, True, self.penalty, tight=False)
+        elif self.hessian.borrowed:
             self.model = None  # it may be the reason: the next is by the program's own
+
+    def _of_cost(self) -> Array | None:
+        """Return what the cost alone bends, shape (n, n), where that is worth another attempt.
+
+        Far from an optimum the Hessian has much curvature below zero, and is a poor model once it
+        is made convex.
+        """
+        if self.by_cost or self.iterate.residual.worst <= FAR:
+            return None
+        return self.hessian.of_cost(self.iterate)
 
     def _is_optimal(self, iterate: Iterate) -> bool:
         return iterate.is_optimal(self.options.tolerance, self.options.feasibility)

@@ -8,6 +8,8 @@ from humanoids import add_arms, edits
 from numerics import check_jacobian
 from urdf_edits import edited_urdf
 
+from gaitopt.gait import quantities
+from gaitopt.gait.costs import PeakTorque
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
@@ -67,3 +69,24 @@ def test_numbers_that_are_none_are_seen(point):
     assert point.finite
     point.slopes._parts[-1].local[0, 0, 0] = np.nan
     assert not point.finite
+
+
+def test_the_cost_bends_as_squares_of_torques_that_were_linear(point, rng):
+    problem, h = walk(), 1e-6
+    step = rng.normal(size=point.x.size) * problem.variables.scale
+    step[problem.layout.shape] = 0.0  # nor does the way
+    torque = [problem.whole(point.x + at * step).read(quantities.TORQUE) for at in (-h, h)]
+    rate = ((torque[1] - torque[0]) / (2.0 * h))[: problem.grid.weights.size]
+    whole = problem.whole(point.x)
+    squares = problem.grid.weights @ (rate**2).sum(axis=1) * whole.duration / whole.step_length
+    H = problem.cost_curvature(point.x)
+    assert step @ H @ step == pytest.approx(2.0 * problem.cost_scale * squares, rel=1e-6)
+    assert np.linalg.eigvalsh(H).min() > -1e-12 * np.linalg.norm(H)
+
+
+def test_legs_alone_and_linear_costs_have_no_such_curvature(robot):
+    legs = WalkProblem(robot, humanoid_task(robot, speed=0.6, samples=7))
+    assert legs.cost_curvature(first_guess(legs)) is None
+    arms = walk()
+    largest = WalkProblem(arms.robot, arms.task.with_changes(cost=PeakTorque()))
+    assert largest.cost_curvature(first_guess(largest)) is None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -154,6 +154,30 @@ def test_second_order_correction_takes_full_steps_along_a_circle() -> None:
     assert solution.evaluations <= 10
     # Every step was accepted: the circle's curvature never shortened the trust region below it.
     assert min(record.radius for record in solution.history) > 0.1
+
+
+@dataclass(frozen=True)
+class Valley(bank.Textbook):
+    """Rosenbrock's program, whose cost is a sum of squares."""
+
+    asked: list[tuple[float, ...]] = field(default_factory=list)
+
+    def cost_curvature(self, x: Array) -> Array:
+        self.asked.append(tuple(x))
+        jacobian = np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0]])
+        return 2.0 * jacobian.T @ jacobian
+
+
+def test_a_step_that_is_not_taken_is_tried_again_as_the_cost_bends() -> None:
+    usual, program = bank.rosenbrock_in_disk(), Valley(**vars(bank.rosenbrock_in_disk()))
+    plain, squares = (SQP(initial_radius=1.0).solve(p, Start(p.start)) for p in (usual, program))
+    assert plain.status is squares.status is Status.OPTIMAL
+    np.testing.assert_allclose(squares.x, program.solution, atol=1e-6)
+    assert program.asked  # at iterates, once each
+    assert len(program.asked) == len(set(program.asked))
+    radii = [record.radius for record in plain.history], [r.radius for r in squares.history]
+    after, halved = next(pair for pair in zip(*radii, strict=False) if pair[0] != pair[1])
+    assert halved == pytest.approx(2.0 * after)  # half the step, not a quarter
 
 
 @pytest.mark.parametrize(
