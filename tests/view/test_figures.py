@@ -2,12 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from sample_gait import bare_gait, sample_gait
 
 from gaitopt.design.summary import motor_summaries
 from gaitopt.errors import InputError
 from gaitopt.view.figure_style import rendered
-from gaitopt.view.figures import FIGURES, make_figure, write_figures
+from gaitopt.view.figures import FIGURES, draw_limit, make_figure, write_figures
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -45,6 +46,12 @@ def test_the_torque_figure_pairs_the_same_joint_of_both_legs():
     assert titles == ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"]
     assert lines(figure, 3, "stance") == pytest.approx(gait.torque[:, 2])
     assert lines(figure, 3, "swing") == pytest.approx(gait.torque[:, 9])
+
+
+def test_the_limit_of_a_joint_without_a_partner_is_told():
+    axes = Figure().subplots()
+    assert draw_limit(axes, np.array([[-3.0], [2.0]]), np.array([4.0])) == [-4.0]
+    assert axes.get_title(loc="right") == "limit 4: 75 %"
 
 
 @pytest.mark.parametrize(
