@@ -30,9 +30,15 @@ ACROSS = 0.1
 WAY = {"speed": 0.6, "duration": 0.5}
 
 
-@functools.cache
-def found(options=None, **changes):
-    return design(biped(), preset_task("standard", **{**WAY, **changes}), options)
+@pytest.fixture(scope="module")
+def found():
+    """What designs walks, each once; nothing of them is kept after the tests of this file."""
+
+    @functools.cache
+    def designed(options=None, **changes):
+        return design(biped(), preset_task("standard", **{**WAY, **changes}), options)
+
+    return designed
 
 
 def somewhere(**changes):
@@ -95,7 +101,7 @@ def test_newton_and_euler_agree_and_object_to_other_ground():
     assert other.torque > 1e-3  # that of the other side
 
 
-def test_walks_across_are_certified_mirror_images(tmp_path):
+def test_walks_across_are_certified_mirror_images(found, tmp_path):
     left, right = found(cross_slope=ACROSS), found(cross_slope=-ACROSS)
     for walk in (left, right):
         assert walk.certificate.certified, walk.certificate.verdict
@@ -119,7 +125,7 @@ def test_walks_across_are_certified_mirror_images(tmp_path):
     assert ground_of(again).words == "rising to the left, 10 % (5.73°)"
 
 
-def test_a_stride_uphill_is_the_walk_uphill():
+def test_a_stride_uphill_is_the_walk_uphill(found):
     ways = {"speed": 0.8, "duration": 0.4, "slope": 0.1}
     one, two = found(**ways), found(**ways, stride=True)
     assert two.certificate.certified
@@ -134,7 +140,7 @@ def test_the_pelvis_stands_upright_in_double_support():
     assert rolls == pytest.approx([-ACROSS, ACROSS])
 
 
-def test_exported_feet_stand_beside_each_other_up_the_slope():
+def test_exported_feet_stand_beside_each_other_up_the_slope(found):
     gait = found(cross_slope=ACROSS).gait
     sampled = motion(gait, 100.0)
     heights = sampled.samples.sole[0, :, 2, 3]  # z against gravity; the right foot stands
@@ -168,7 +174,7 @@ def test_it_walks_across_under_feedback(across):
     assert abs(walk.drift) < 0.05
 
 
-def test_what_walks_across_cannot_yet_is_said():
+def test_what_walks_across_cannot_yet_is_said(found):
     gait = found(cross_slope=ACROSS).gait
     with pytest.raises(InputError, match="multipliers are those of walks"):
         stability(gait)
