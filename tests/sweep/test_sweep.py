@@ -106,15 +106,15 @@ def test_slopes_foretell_the_next_cost(swept):
     assert followed >= 2
 
 
-def test_an_interrupted_sweep_goes_on_and_computes_nothing_twice(robot, swept, tmp_path):
-    with Counting() as whole:
-        sweep(robot, quick_task(), [SPEEDS], tmp_path / "whole", QUICK)
+def test_an_interrupted_sweep_goes_on_and_computes_nothing_twice(
+    robot, swept, swept_jobs, tmp_path
+):
     with Counting(most=6) as before, pytest.raises(KeyboardInterrupt):
         sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
     with Counting() as after:
         library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
     assert len(before.done) == 6
-    assert len(before.done) + len(after.done) == len(whole.done)
+    assert len(before.done) + len(after.done) == len(swept_jobs)
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
     with Counting() as again:
         sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
@@ -330,20 +330,18 @@ def test_a_library_can_be_read_while_it_is_made(robot, tmp_path):
     assert sum(state.walk is not None for state in library.states.values()) == 2
 
 
-def test_an_interrupted_round_of_comparison_goes_on_as_it_began(robot, tmp_path):
+def test_an_interrupted_round_of_comparison_goes_on_as_it_began(robot, swept_jobs, tmp_path):
     """The pairs of a round are written down before the first of them is tried."""
-    with Counting() as whole:
-        sweep(robot, quick_task(), [SPEEDS], tmp_path / "whole", QUICK)
-    before = next(n for n, job in enumerate(whole.done) if job.neighbours and not job.substeps)
+    before = next(n for n, job in enumerate(swept_jobs) if job.neighbours and not job.substeps)
     with Counting(most=before), pytest.raises(KeyboardInterrupt):
         sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
     states = open_library(tmp_path / "part").states
-    here = states[whole.done[before].point]
+    here = states[swept_jobs[before].point]
     assert here.due is not None
-    assert SPEEDS.values[here.due[0]] == float(whole.done[before].neighbours[0].name[6:])
+    assert SPEEDS.values[here.due[0]] == float(swept_jobs[before].neighbours[0].name[6:])
     with Counting(most=1), pytest.raises(KeyboardInterrupt):
         sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
-    assert open_library(tmp_path / "part").states[whole.done[before].point].due is None
+    assert open_library(tmp_path / "part").states[swept_jobs[before].point].due is None
 
 
 def test_a_narrow_sweep_finds_what_a_single_design_finds(robot, tmp_path):

@@ -92,15 +92,14 @@ begin = {{ speed = 1.05 }}
     [('"1.0,1.05"', '{ duration = "0.4:0.42:0.02" }'), ("[1, 1.05]", '["duration=0.4,0.42"]')],
 )
 def test_a_configuration_file_has_a_section_for_sweeps(begun_fast, tmp_path, speeds, grid):
+    """It asks for the sweep that was made by the command line: that is there, and done."""
     file = tmp_path / "task.toml"
     file.write_text(FILE.format(speeds=speeds, grid=grid))
-    directory = tmp_path / "lib"
-    assert run("sweep", "--config", file, "-o", directory, "--quiet").exit_code == 0
-    found, there = open_library(directory), open_library(begun_fast)
-    assert found.grid.axes == there.grid.axes
-    assert found.grid.seeds == ((1, 0),)
-    costs = [[row["cost"] for row in library.rows] for library in (found, there)]
-    assert costs[0] == pytest.approx(costs[1], rel=1e-6)
+    directory = shutil.copytree(begun_fast, tmp_path / "lib")
+    with Counting() as jobs:
+        assert run("sweep", "--config", file, "-o", directory, "--quiet").exit_code == 0
+    assert jobs.done == []
+    assert open_library(directory).grid.seeds == ((1, 0),)
 
 
 def test_the_command_line_wins_over_the_section(tmp_path):
