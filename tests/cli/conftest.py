@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app
+from gaitopt.simulate.stability import Feedback, Stability
 
 
 @pytest.fixture(scope="session")
@@ -56,3 +57,11 @@ def designed(cli, tmp_path_factory) -> Path:
 def gait_file(designed, tmp_path) -> Path:
     """A copy of its gait, to be damaged."""
     return Path(shutil.copy(designed / "gait.npz", tmp_path / "gait.npz"))
+
+
+@pytest.fixture
+def known_stability(monkeypatch) -> None:
+    """For what is said of a simulation beside its multipliers, which take seconds to find."""
+    feedback = Feedback(multiplier=0.5, region=0.01, measured=0.5, predicted=0.5)
+    known = Stability(feedback, feedback, {"middle": 0.1, "toe left": 0.1}, growth=5.0)
+    monkeypatch.setattr("gaitopt.cli.simulate.stability", lambda gait: known)

@@ -19,6 +19,7 @@ CSI = "\x9b"  # begins a command to a terminal, as ESC [ does; XML allows it
 KNEE = f"knee[/red] {CSI}31m$\\frac{{$ :smile: <b>@TITLE@"
 ROLL = "hip_roll[bold] \u202e&#10;error: forged"
 ROBOT = f"mini[/] {CSI}2J&#10;error: forged <script>alert(1)</script> @DATA@ $\\frac{{"
+QUICK = ("--solver", "sqp", "--starts", "1", "--samples", "15", "--no-refine")
 UNSEEN = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2028\u2029]")
 
 
@@ -64,7 +65,7 @@ def test_every_command_shows_names_as_they_are(cli, hostile, walk, tmp_path):
         (("plot", gait, "-o", tmp_path / "figures"), 0),
         (("play", gait, "--html", tmp_path / "walk.html"), 0),
         (("export", gait, "-o", tmp_path / "walk.csv"), 0),
-        (("optimise", "--urdf", hostile, "--speed", "9"), 3),
+        (("optimise", "--urdf", hostile, "--speed", "9", *QUICK), 3),
         (("sweep", "--urdf", hostile, "--grid", "speed=0.5", "-o", "/dev/null/\x1b[2J"), 2),
     ):
         said = cli(*words)

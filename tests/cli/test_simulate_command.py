@@ -51,6 +51,7 @@ def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path, monkeypatch):
         assert words in result.stdout
 
 
+@pytest.mark.usefixtures("known_stability")
 def test_a_fall_says_why(cli, robust):
     """Joint feedback knows no sole; ice holds nobody."""
     for words in (("--controller", "joint-pd"), ("--friction", "0.05")):
@@ -70,17 +71,20 @@ def test_optimise_says_what_will_be_fragile(cli, quick):
     assert "fragile" not in quick("--speed", "1.0", "--preset", "robust").stderr
 
 
-def test_a_fragile_gait_names_the_options(cli, designed):
+@pytest.mark.usefixtures("known_stability")
+def test_a_fragile_gait_names_the_options(cli, designed, monkeypatch):
+    monkeypatch.setattr(trials, "STEPS", 1)
     result = cli("simulate", designed / "gait.npz", "--steps", "3", "--controller", "joint-pd")
     assert "--knee-flexion" in result.stdout
     assert "--torsional-friction" in result.stdout
 
 
+@pytest.mark.usefixtures("known_stability")
 def test_thorough_tries_everything_and_names_causes(cli, robust, tmp_path, monkeypatch):
     """Every trial cut to its shortest; a check that nobody passes points to the gait."""
-    for name, value in {"STEPS": 1, "RECOVERED": 0, "BISECTIONS": 1, "STARTS": 2}.items():
+    shortest = {"STEPS": 1, "PUSHED": 1, "RECOVERED": 0, "BISECTIONS": 1, "STARTS": 2}
+    for name, value in {**shortest, "START_STEPS": 1}.items():
         monkeypatch.setattr(trials, name, value)
-    monkeypatch.setattr(trials, "START_STEPS", 1)
     ice = replace(CHECKS[2], name="ice", friction=0.02)
     monkeypatch.setattr(trials, "CHECKS", (CHECKS[0], ice))
     words = ("--steps", "1", "--thorough", "-o", tmp_path)

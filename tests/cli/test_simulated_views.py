@@ -49,6 +49,7 @@ def test_a_push_is_shown_when_it_came():
     assert 0.0 < begun - seen.begins < 0.01
 
 
+@pytest.mark.usefixtures("known_stability")
 def test_a_page_and_a_film_are_written(cli, designed, tmp_path, monkeypatch):
     monkeypatch.setattr(trials, "STEPS", 2)
     monkeypatch.setattr(trials, "CHECKS", CHECKS[:1])
