@@ -396,8 +396,7 @@ def _shapes(
     source: Source, model: pin.Model, pair: LegPair, choices: ImportOptions
 ) -> list[FootShape | None]:
     """Shapes of the feet, only looked for where they are still asked: meshes may be missing."""
-    placed = choices.sole_placements or choices.sole_drop or choices.stance_sole
-    if choices.sole is not None and choices.forward is not None and placed:
+    if choices.sole is not None and choices.forward is not None and _is_placed(choices):
         return [None, None]
     return [foot_points(source, model, leg[-1]) for leg in pair.legs]
 
@@ -409,24 +408,40 @@ def _soles(
     names: tuple[str | None, str | None],
     choices: ImportOptions,
 ) -> Soles:
-    faces = _faces(stance, shapes)
+    faces = _faces(stance, shapes, told=choices.sole is not None and _is_placed(choices))
     lost = source.mesh_problems() if None in faces else []
     broken = [problem for problem in source.problems if problem.kind == "shape"]
     return choose_soles(stance.centred(), faces, names, choices, (*broken, *lost))
 
 
+def _is_placed(choices: ImportOptions) -> bool:
+    """Tell whether the user says where the soles are."""
+    return bool(choices.sole_placements or choices.sole_drop or choices.stance_sole)
+
+
 def _faces(
-    stance: Stance, shapes: list[FootShape | None]
+    stance: Stance, shapes: list[FootShape | None], *, told: bool
 ) -> tuple[FoundSole | None, FoundSole | None]:
-    first, second = (
-        None
-        if shape is None
-        else find_sole(
-            shape, stance.upright(side), stance.places[side].actInv(stance.ankles[side]), stance.leg
-        )
-        for side, shape in enumerate(shapes)
-    )
-    return first, second
+    """Return the soles that the shapes of the feet show, None for feet without shapes.
+
+    Args:
+        stance: the robot at its reference posture.
+        shapes: of its feet.
+        told: whether the user says how large the soles are and where: they need not be found.
+    """
+
+    def found(side: int) -> FoundSole | None:
+        if (shape := shapes[side]) is None:
+            return None
+        ankle = stance.places[side].actInv(stance.ankles[side])
+        try:
+            return find_sole(shape, stance.upright(side), ankle, stance.leg)
+        except RobotError:
+            if told:
+                return None
+            raise
+
+    return found(0), found(1)
 
 
 def _empty_ranges(

@@ -1,5 +1,6 @@
 """Soles: given as a rectangle, or found from the shape of a foot."""
 
+import re
 from xml.etree import ElementTree
 
 import numpy as np
@@ -9,6 +10,7 @@ from example_robots import example_robot, needs_example_robots
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mesh_files import TETRAHEDRON, write_stl
+from places import CASES
 from scipy.spatial import ConvexHull, QhullError
 from urdf_edits import edited_urdf, link
 from urdf_edits import joint as joint_named
@@ -241,6 +243,25 @@ def test_feet_without_a_flat_part_ask_for_a_sole(text):
         r".* of 'foot'\); give the sole rectangle \(--sole.*sole_drop there\)",
     ):
         found(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "foot"),
+    [
+        ("<box [^>]*>", "<sphere radius='0.02'/>"),
+        ("<box [^>]*>", "<box size='0.01 0.01 0.02'/>"),
+        ('xyz="0.03 0 -0.07"', 'xyz="0.03 0.3 -0.07"'),  # of both feet to the left
+    ],
+)
+def test_feet_whose_shapes_show_no_sole_walk_on_one_that_is_given(old, foot):
+    text = (CASES / "base_mini.urdf").read_text(encoding="utf-8")
+    text = re.sub(old, foot, text)
+    with pytest.raises(RobotError, match=r"give the sole rectangle .* and (the height|sole_drop)"):
+        Robot.from_urdf(text)
+    sole = Sole(0.13, -0.07, 0.03, -0.03)
+    robot = Robot.from_urdf(text, choices=ImportOptions(sole=sole, sole_drop=0.09))
+    assert robot.sole == sole
+    assert robot.legs.ankles[0, 2] == pytest.approx(0.09)
 
 
 def test_a_foot_on_its_edge_is_told_by_its_angle():

@@ -87,7 +87,12 @@ def choose_soles(
     """
     if choices.sole_placements is not None:
         return _as_given(stance, names, choices)
-    face = common_rectangle(found, stance.places)
+    try:
+        face = common_rectangle(found, stance.places)
+    except RobotError:
+        if choices.sole is None or choices.sole_drop is None:
+            raise
+        face = None
     frames = _named_frames(stance, names, face, choices)
     if frames is None and choices.sole_drop is None:
         frames = _frames_of_the_file(stance, face)
