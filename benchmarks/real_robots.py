@@ -10,8 +10,9 @@ import numpy as np
 from common import arguments, reference_task, save, told
 
 from gaitopt.catalogue.entries import description, entry_by_name
-from gaitopt.design.design import design, search
+from gaitopt.design.design import design, searched
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Search
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -61,7 +62,7 @@ def cold(robot: Robot, task: Task, count: int, approach: str = "automatic") -> l
         guess = first_guess(problem)
         for seed in range(count):
             x = perturbed(problem, guess, SIGMA, seed) if seed else guess
-            runs.append(_timed(lambda x=x: search(problem, options, x, None)))
+            runs.append(_timed(lambda x=x: searched(problem, Search(options), x)))
     return runs
 
 

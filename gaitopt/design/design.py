@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "COMPARED", "Design", "checked_start", "compare_solvers", "design", "finished", "run_record",
-    "versions",
+    "searched", "versions",
 ]  # fmt: skip
 
 
@@ -87,10 +87,7 @@ def design(
     x = _guess(problem, search) if start is None else checked_start(problem, start)
     if isinstance(start, Gait):
         problem, multipliers = gone_on(problem, start)
-    solution = attempt(problem, search, x, multipliers)
-    if not is_walk(solution):
-        solution = walk_after_diagnosis(problem, [solution], search)
-    return complete(problem, solution, search)
+    return complete(problem, searched(problem, search, x, multipliers), search)
 
 
 def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
@@ -131,6 +128,16 @@ def _guess(problem: WalkProblem, search: Search) -> Array:
         if diagnosis is None or diagnosis.gait is None:
             raise UnreachableError(str(error), diagnosis) from error
         return diagnosis.gait
+
+
+def searched(
+    problem: WalkProblem, search: Search, x: Array, multipliers: Array | None = None
+) -> Solution:
+    """Solve from x (P,), once more from the walk that a diagnosis finds; raise if none is."""
+    solution = attempt(problem, search, x, multipliers)
+    if is_walk(solution):
+        return solution
+    return walk_after_diagnosis(problem, [solution], search)
 
 
 def walk_after_diagnosis(
