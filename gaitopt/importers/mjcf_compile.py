@@ -25,6 +25,7 @@ from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.mjcf_robot import CompiledMesh, pose, se3, vector
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.xml_document import NamedElement, XmlTree, as_number, parse_xml, where
+from gaitopt.nlp import Array
 
 EXTRA = "mujoco"
 """Name of the extra that installs MuJoCo."""
@@ -307,18 +308,45 @@ def _meshes(
             ref = pose(mesh.refpos, mesh.refquat / size)
             meshes[mesh.name] = CompiledMesh(mesh.name, file, vector(mesh.scale), ref)
         elif index >= 0:
-            # Its corners before MuJoCo moved it onto its principal axes.
-            first, count = int(model.mesh_vertadr[index]), int(model.mesh_vertnum[index])
-            place = se3(pose(model.mesh_pos[index], model.mesh_quat[index]))
-            corners = np.array(model.mesh_vert[first : first + count], dtype=float)
-            points = corners @ place.rotation.T + place.translation
-            first, count = int(model.mesh_faceadr[index]), int(model.mesh_facenum[index])
-            faces = model.mesh_face[first : first + count].ravel()
+            points, faces = _corners(model, index)
             vertices = tuple(map(float, points.ravel()))
             meshes[mesh.name] = CompiledMesh(
-                mesh.name, "", vertices=vertices, triangles=tuple(map(int, faces))
+                mesh.name, "", vertices=vertices, triangles=tuple(map(int, faces.ravel()))
             )
     return meshes
+
+
+def _corners(model: Any, mesh: int) -> tuple[Array, Array]:
+    """Return corners [m] (n, 3), where the file has them, and triangles (m, 3) of a mesh.
+
+    MuJoCo moves meshes onto their principal axes.
+    """
+    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    place = se3(pose(model.mesh_pos[mesh], model.mesh_quat[mesh]))
+    corners = np.array(model.mesh_vert[first : first + count], dtype=float)
+    first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+    faces = np.array(model.mesh_face[first : first + count])
+    return corners @ place.rotation.T + place.translation, faces
+
+
+def mesh_by_mujoco(path: Path) -> tuple[Array, Array] | None:
+    """Return corners (n, 3) and triangles (m, 3) of a mesh file, None if MuJoCo cannot read it.
+
+    It reads more ways to write a number than the loader of all other meshes does.
+    """
+    try:
+        mujoco = load_mujoco()
+    except MissingExtraError:
+        return None
+    with _listening(mujoco):
+        try:
+            spec = mujoco.MjSpec()
+            mesh = spec.add_mesh(name="mesh", file=str(path.resolve()))
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+            return _corners(spec.compile(), 0)
+        except (ValueError, RuntimeError, mujoco.FatalError):
+            return None
 
 
 def _check_copies(tree: XmlTree) -> None:

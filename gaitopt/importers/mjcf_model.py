@@ -19,7 +19,7 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import LoadMesh, MeshPaths, MeshProblem
-from gaitopt.importers.mjcf_compile import compile_mjcf, whole_mjcf
+from gaitopt.importers.mjcf_compile import compile_mjcf, mesh_by_mujoco, whole_mjcf
 from gaitopt.importers.mjcf_extract import extract
 from gaitopt.importers.mjcf_normal_form import (
     NotNormalError,
@@ -254,22 +254,32 @@ def _mesh_item(
     scale, ref = np.array(mesh.scale), se3(mesh.ref)
     if mesh.ref.quat == NO_TURN or (scale == scale[0]).all():
         moved = pin.SE3(ref.rotation, scale * ref.translation).inverse()
-        return pin.GeometryObject(name, 0, moved, _loaded(load, path, scale), str(path), scale)
+        shape = _loaded(load, path, scale)
+        if shape is not None:
+            return pin.GeometryObject(name, 0, moved, shape, str(path), scale)
     # Turned before it is stretched, as no placement can be.
-    shape = _loaded(load, path, np.ones(3))
-    points = (np.array(shape.vertices()) - ref.translation) @ ref.rotation * scale
-    faces = [shape.tri_indices(k) for k in range(shape.num_tris)]
-    triangles = np.array([[f[0], f[1], f[2]] for f in faces])
+    points, triangles = _corners(load, path)
+    points = (points - ref.translation) @ ref.rotation * scale
     return pin.GeometryObject(name, 0, none, _triangles(points, triangles))
 
 
-def _loaded(load: LoadMesh, path: Path, scale: Array) -> coal.BVHModelBase:
+def _loaded(load: LoadMesh, path: Path, scale: Array) -> coal.BVHModelBase | None:
     try:
         return load(str(path), scale)
-    except (ValueError, RuntimeError) as error:
-        told = str(error).split("message:")[-1].strip().splitlines()
-        reason = told[0] if told else type(error).__name__
-        raise RobotError(f"the mesh '{path.name}' cannot be read: {reason}; correct it") from error
+    except (ValueError, RuntimeError):
+        return None
+
+
+def _corners(load: LoadMesh, path: Path) -> tuple[Array, Array]:
+    """Return corners (n, 3) and triangles (m, 3) of a mesh file."""
+    if (shape := _loaded(load, path, np.ones(3))) is not None:
+        faces = [shape.tri_indices(k) for k in range(shape.num_tris)]
+        return np.array(shape.vertices()), np.array([[f[0], f[1], f[2]] for f in faces])
+    if (read := mesh_by_mujoco(path)) is None:
+        raise RobotError(
+            f"the mesh '{path.name}' cannot be read; write it again, in STL format say"
+        )
+    return read
 
 
 def _triangles(points: Array, triangles: Array) -> coal.BVHModelBase:

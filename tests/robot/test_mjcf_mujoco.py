@@ -235,6 +235,27 @@ def test_a_mesh_that_no_mass_needs_may_be_missing(tmp_path):
     agree(path)
 
 
+def test_a_mesh_that_mujoco_alone_reads_is_shown(tmp_path):
+    """Numbers without a digit before the point are none to the loader of other meshes."""
+    corners = "v 0 0 0\nv .1 0 0\nv 0 .2 0\nv 0 0 .3\n"
+    faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (tmp_path / "shell.obj").write_text(corners + faces, encoding="utf-8")
+    mesh = "<asset><mesh name='shell' file='shell.obj' scale='2 2 2' refpos='0.1 0 0'/></asset>"
+    geom = "<geom type='mesh' mesh='shell' mass='1' pos='0 0 0.2'/>"
+    edit = together(added(".", mesh), added(".//body[@name='base']", geom))
+    path = tmp_path / "robot.xml"
+    path.write_text(edited(text(), edit), encoding="utf-8")
+    shown = read_source(path).geometry(pin.GeometryType.VISUAL, {"base"})
+    assert np.ptp(shown.geometryObjects[0].geometry.vertices(), axis=0) == pytest.approx(
+        [0.2, 0.4, 0.6]
+    )
+    agree(path)
+    (tmp_path / "torn.obj").write_text(faces, encoding="utf-8")
+    path.write_text(path.read_text("utf-8").replace("shell.obj", "torn.obj"), encoding="utf-8")
+    with pytest.raises(RobotError, match=r"the mesh 'torn\.obj' cannot be read; write it again"):
+        read_source(path).geometry(pin.GeometryType.VISUAL, {"base"})
+
+
 def test_a_mesh_that_a_mass_needs_may_not(tmp_path):
     path = tmp_path / "robot.xml"
     edit = with_mesh("<body name='head'><geom type='mesh' mesh='shell' density='500'/></body>")
