@@ -25,8 +25,8 @@ from gaitopt.nlp import Array
 
 _REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
 _SHORTEST = 1e-50
-_CLOSEST = 1e-9  # of a step: nearer to each other no two of its times are
 """Duration of a step [s]: what is divided by it still has a value."""
+_CLOSEST = 1e-9  # of a step: nearer to each other no two knots are; samples are, about a change
 _NOWHERE = 1e-12  # m: rounding in a step in place
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
 
@@ -602,15 +602,16 @@ def _turns(gait: Gait, part: str) -> bool:
 _OF_TURN = ("hinge", "knots", "coefficients")
 
 
-def _increase(times: Array) -> bool:
-    """Whether times increase, by enough for splines between them."""
-    return bool((np.diff(times) > _CLOSEST * (times[-1] - times[0])).all())
+def _increase(knots: Array) -> bool:
+    """Whether knots increase, by enough for splines between them."""
+    return bool((np.diff(knots) > _CLOSEST * (knots[-1] - knots[0])).all())
 
 
 def _check_times(gait: Gait) -> None:
     for name in ("time", "knots"):
         values = getattr(gait, name)
-        if len(values) < 2 or values[0] != 0.0 or not _increase(values):
+        apart = _increase(values) if name == "knots" else (np.diff(values) > 0.0).all()
+        if len(values) < 2 or values[0] != 0.0 or not apart:
             raise InputError(f"the gait's '{name}' must increase from 0 s, two values at least")
     if gait.duration < _SHORTEST:
         raise InputError(
