@@ -525,9 +525,10 @@ def export_library(
             gait = there[point]
             content = _content(gait, form, rate, strides, joints)
             line["file"] = write_atomically(folder / names[point], content).name
-            line |= {"speed": gait.speed, "duration": gait.duration}
-            line |= {"lateral_speed": gait.lateral_speed, "turn_rate": gait.turn_rate}
-            line |= {"step_length": gait.step_length, "cost": gait.cost}
+            told = {"speed": gait.speed, "duration": gait.duration}
+            told |= {"lateral_speed": gait.lateral_speed, "turn_rate": gait.turn_rate}
+            told |= {"step_length": gait.step_length, "cost": gait.cost}
+            line = {**told, **line}  # what was swept over to the digit that was asked for
         rows.append({**line, "status": row.get("status")})
     return write_atomically(folder / INDEX, _index_text(rows, axes))
 

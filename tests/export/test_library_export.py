@@ -43,6 +43,7 @@ def test_every_gait_is_written_and_listed(library, tmp_path):
         gait = load_gait(library / "gaits" / row["file"])
         assert moved == pytest.approx(float(row["speed"]), rel=0.1)
         assert float(row["speed"]) == pytest.approx(gait.speed)
+        assert row["file"] == f"speed={float(row['speed'])!r}.npz".replace(".0.npz", ".npz")
         assert float(row["duration"]) == pytest.approx(0.4)
         assert row["status"] == "not certified"
 

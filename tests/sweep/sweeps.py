@@ -9,6 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app
@@ -109,6 +110,18 @@ def damage(record, chance):
 def costs(library: Library) -> dict[object, object]:
     """The cost of each gait of a library, by its speed."""
     return {row["speed"]: row["cost"] for row in library.rows}
+
+
+def gaits(directory: Path) -> dict[str, dict[str, object]]:
+    """What the gait files of a library hold, to the bit, but for the time that was spent."""
+    found: dict[str, dict[str, object]] = {}
+    for path in directory.glob("gaits/*.npz"):
+        with np.load(path) as content:
+            own = {name: content[name].tobytes() for name in content.files if name != "digest"}
+            meta = json.loads(str(content["meta"]))
+        del meta["solver"]["seconds"]
+        found[path.name] = {**own, "meta": meta}
+    return found
 
 
 def run(*words: object) -> Any:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweeps import QUICK, SPEEDS, Counting, costs, quick_task, seconds
+from sweeps import QUICK, SPEEDS, Counting, costs, gaits, quick_task, seconds
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import changed
@@ -290,7 +290,10 @@ def test_kill_9_at_any_moment_leaves_a_library_that_opens_and_goes_on(robot, swe
             assert all(now[point] >= spent for point, spent in known.items())
             known = now
     library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK)
-    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+    found = gaits(directory)
+    assert len(found) == len(SPEEDS.values)
+    assert found == gaits(swept.directory)
+    assert costs(library) == costs(swept)
     assert list(directory.glob("**/.*.tmp")) == list(directory.glob("*-journal")) == []
 
 
