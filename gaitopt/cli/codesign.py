@@ -207,7 +207,9 @@ def _asked_walks(
             except ValueError as error:
                 raise InputError(f"--walk '{text[:80]}': {word[:40]}: {error}") from None
         if not 0.0 < weight < np.inf:
-            raise InputError(f"--walk '{text[:80]}': the weight must be above 0")
+            raise InputError(
+                f"--walk '{text[:80]}': the weight must be above 0; give weight=1, or leave it out"
+            )
         found.append((text, weight, own))
     if not found:
         raise InputError(
@@ -232,14 +234,15 @@ def _variable(text: str, spec: BipedSpec | Robot, motors: MotorTable | None) -> 
             f"--motors the ratios of gears, {MOTORS}{RATIO} or {MOTORS}JOINTS.{RATIO}"
         )
     unit = "" if known == name and geared_joints(name) is not None else PARAMETERS[known].unit
+    given = rest.split(":")
+    if len(given) not in (2, 3):
+        raise InputError(f"--vary {text[:80]}: give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START")
     try:
-        lower, upper, *start = (read_quantity(e.strip(), unit) for e in rest.split(":"))
+        lower, upper, *start = (read_quantity(one.strip(), unit) for one in given)
     except ValueError as error:
         raise InputError(
             f"--vary {text[:80]}: {error}; give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START"
         ) from None
-    if len(start) > 1:
-        raise InputError(f"--vary {text[:80]}: give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START")
     own = own_values(spec).get(known) if unit else own_ratio(motors, known)
     if own is None:
         of = " of a robot of a file" if isinstance(spec, Robot) else ""

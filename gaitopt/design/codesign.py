@@ -111,6 +111,7 @@ class Variable:
                 f"'{self.name}' cannot be chosen; there are {', '.join(DESIGN)}, and ratios of "
                 f"gears, {MOTORS}{RATIO} or {MOTORS}JOINTS.{RATIO}"
             )
+        unit = f" {self.unit}".rstrip()
         for end in (self.lower, self.upper, self.start):
             if not (np.isfinite(end) and end > 0.0):
                 raise InputError(
@@ -118,11 +119,14 @@ class Variable:
                     f"{self.start:g}, must be of finite numbers above 0"
                 )
         if not self.lower < self.upper:
-            raise InputError(f"{self.name}: the range {self.lower:g} to {self.upper:g} is empty")
+            raise InputError(
+                f"{self.name}: the range {self.lower:g} to {self.upper:g}{unit} is empty; give the "
+                "lower end first"
+            )
         if not self.lower <= self.start <= self.upper:
             raise InputError(
-                f"{self.name} begins at {self.start:g}, outside its range {self.lower:g} to "
-                f"{self.upper:g}"
+                f"{self.name} begins at {self.start:g}{unit}, outside its range {self.lower:g} to "
+                f"{self.upper:g}{unit}; begin within it"
             )
 
     @property
@@ -229,7 +233,8 @@ class Study:
         if not names or not self.walks:
             raise InputError("a co-design needs numbers to choose, and walks")
         if len(set(names)) < len(names):
-            raise InputError(f"one of {', '.join(names)} is given twice")
+            twice = next(name for name in names if names.count(name) > 1)
+            raise InputError(f"the range of {twice} is given twice; give one")
         if self.keep_leg and (LEG in names or len({SHIN, THIGH} & set(names)) != 1):
             raise InputError(
                 "to keep the length of the leg, choose the shin or the thigh; the other follows"

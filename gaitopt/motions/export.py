@@ -525,7 +525,7 @@ def export_library(
             gait = there[point]
             content = _content(gait, form, rate, strides, joints)
             line["file"] = write_atomically(folder / names[point], content).name
-            told = {"speed": gait.speed, "duration": gait.duration}
+            told: Row = {"speed": gait.speed, "duration": gait.duration}
             told |= {"lateral_speed": gait.lateral_speed, "turn_rate": gait.turn_rate}
             told |= {"step_length": gait.step_length, "cost": gait.cost}
             line = {**told, **line}  # what was swept over to the digit that was asked for
