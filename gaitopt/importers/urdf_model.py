@@ -195,8 +195,11 @@ def read_rotors(
     for element in tree.root:
         if element.tag in ("joint", "gazebo") and _gives(element, (*_INERTIAS, *_ARMATURE)):
             name = element.get("name" if element.tag == "joint" else "reference", "")
-            if not _unfit([name], 1, robot):
-                rotors.append(_rotor(NamedElement(tree, element), name, robot))
+            entry = NamedElement(tree, element)
+            if reason := _unfit([name], 1, robot):
+                problems.append(entry.problem("rotor", f"its armature is not counted: {reason}"))
+            else:
+                rotors.append(_rotor(entry, name, robot))
     return tuple(rotors), tuple(problems)
 
 

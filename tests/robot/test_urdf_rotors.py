@@ -162,6 +162,19 @@ def test_rotors_of_no_single_joint_are_told(joints, reason):
     assert not np.any(read_source(text).model().armature)
 
 
+@pytest.mark.parametrize(
+    ("reference", "reason"),
+    [("left_shin", "the robot has no joint 'left_shin'"), ("left_sole_joint", "is fixed")],
+)
+def test_armature_of_no_moving_joint_is_told(reference, reason):
+    text = knee(f"<gazebo reference='{reference}'><armature>0.03</armature></gazebo>")
+    (problem,) = read_source(text).problems
+    assert problem.kind == "rotor"
+    assert "<gazebo>: its armature is not counted: " in str(problem)
+    assert reason in str(problem)
+    assert not np.any(read_source(text).model().armature)
+
+
 def test_the_rotors_of_a_file_count_in_its_robot():
     robot = Robot.from_urdf(CASES / "urdf_transmission_rotor.urdf")
     np.testing.assert_allclose(robot.model.armature[6:], 0.25, rtol=1e-14)
