@@ -1,17 +1,16 @@
 """docs/arms-on-stairs.md: its commands run as they stand, and lead where it says."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from places import ROOT
+from typer.testing import CliRunner
 
 from gaitopt import load_gait
+from gaitopt.cli.app import app
 
 TEXT = (ROOT / "docs" / "arms-on-stairs.md").read_text("utf-8")
 COMMANDS = re.findall(r"```bash\ngaitopt (.*)\n```", TEXT)
@@ -20,17 +19,14 @@ COMMANDS = re.findall(r"```bash\ngaitopt (.*)\n```", TEXT)
 @pytest.fixture(scope="module")
 def said(tmp_path_factory):
     """The folder in which all commands were run, one after the other, and what they said."""
-    folder = tmp_path_factory.mktemp("stairs")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    told = {}
-    for command in COMMANDS:
-        words = shlex.split(command)
-        run = subprocess.run(
-            [sys.executable, "-m", "gaitopt", *words], cwd=folder, env=environment,
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert run.returncode == 0, (command, run.stderr)
-        told[words[0]] = run.stdout
+    folder, told = tmp_path_factory.mktemp("stairs"), {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        for command in COMMANDS:
+            words = shlex.split(command)
+            run = CliRunner().invoke(app, words, catch_exceptions=False)
+            assert run.exit_code == 0, (command, run.stderr)
+            told[words[0]] = run.stdout
     return folder, told
 
 

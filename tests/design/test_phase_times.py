@@ -1,6 +1,7 @@
 """Times of phases where they cost least, and the flat walk where that is cheaper."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -112,8 +113,17 @@ def test_an_unknown_way_to_begin_is_refused():
 
 
 def test_no_walk_at_all_is_told_with_the_reasons_of_the_flat_one(robot):
+    """The flat walk is the last that is tried, and the one whose failure is diagnosed."""
+    calls = []
+
+    def designed(task, start, options):
+        calls.append((task.toe_off, options.diagnose))
+        return design(robot, task, replace(options, diagnose=False), start=start)
+
     with pytest.raises(NoGaitFoundError, match="no feasible gait"):
-        chosen(robot, torque_limit=2.0)
+        best_times(robot, preset_task(toe_off=0.7, torque_limit=2.0), OPTIONS, designed)
+    assert calls[-1] == (None, True)
+    assert not any(diagnosed for _, diagnosed in calls[:-1])
 
 
 def test_a_search_that_is_stopped_keeps_what_it_has(robot, fast):
