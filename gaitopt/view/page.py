@@ -419,7 +419,7 @@ def simulated_page(
         "right": "as simulated", "left": "as designed, pale in the picture",
         "tables": "".join(map(table_text, tables)),
     }  # fmt: skip
-    words["standing"] += f"; {_PUSHED}" if pushed else ""
+    words["standing"] += "; these as designed" + (f"; {_PUSHED}" if pushed else "")
     data = {
         **film(gait, first, 1), "duration": replays[0].time[-1],
         "curves": films[0]["curves"], "films": films,

@@ -103,6 +103,7 @@ def test_the_page_says_what_came_of_it_and_holds_the_tables(text):
     assert all(set(film["words"]) <= places(text) for film in data_of(text)["films"])
     alone = simulated_page(GAIT, [replay()], ())
     assert "push, at the pelvis" not in alone
+    assert text.count("these as designed") == alone.count("these as designed") == 1
     assert 'id="replays"' not in alone
 
 
