@@ -36,8 +36,8 @@ if TYPE_CHECKING:
         SpecError,
         UnreachableError,
     )
-    from gaitopt.gait.constraint import Constraint, ConstraintContext, Margins, margin
-    from gaitopt.gait.constraints import MotorEnvelope
+    from gaitopt.gait.constraint import Constraint, ConstraintContext, margin
+    from gaitopt.gait.constraints import Margins, MotorEnvelope
     from gaitopt.gait.costs import (
         Cost,
         ElectricalEnergy,
@@ -86,8 +86,8 @@ _HOMES = {
         "design.transition": "audit_transition design_transition",
         "errors": "EvaluationError GaitFileError GaitoptError InputError "
         "MissingExtraError NoGaitFoundError RobotError SpecError UnreachableError",
-        "gait.constraint": "Constraint ConstraintContext Margins margin",
-        "gait.constraints": "MotorEnvelope",
+        "gait.constraint": "Constraint ConstraintContext margin",
+        "gait.constraints": "Margins MotorEnvelope",
         "gait.costs": "Cost ElectricalEnergy MechanicalWork "
         "PositiveWork RunningCost TorqueCost WeightedSum",
         "gait.functions": "ComplexStep Entries Linear QuantityFunction SquaredNorm",

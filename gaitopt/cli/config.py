@@ -14,7 +14,7 @@ from gaitopt.cli import command_options
 from gaitopt.dataclass import dataclass
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError, there_are
-from gaitopt.gait.constraint import Margins
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import COSTS, Cost
 from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
 from gaitopt.gait.plugin import Plugin, costs_of, load_plugin

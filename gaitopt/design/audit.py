@@ -14,7 +14,7 @@ from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.pipeline import with_instants_of
 from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
-from gaitopt.gait.constraint import Margins
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.presets import preset_task

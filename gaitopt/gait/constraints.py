@@ -1,6 +1,6 @@
-"""The constraints of section 3.2 and the few a real walk needs besides.
+"""The constraints of section 3.2 and the few a real walk needs besides, with their margins.
 
-To add one: a class, a place in `CONSTRAINTS`, a field of `Margins` if it has a number of its own.
+To add one: a field of `Margins` if it has a number of its own, a class, a place in `CONSTRAINTS`.
 Option, TOML key, record, messages, diagnosis and refinement follow. Constraints of one's own need
 not stand here: see docs/extending.md.
 """
@@ -20,10 +20,11 @@ from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     FREE,
-    TILTED,
     Constraint,
     ConstraintBlock,
     ConstraintContext,
+    check_margins,
+    margin,
 )
 from gaitopt.gait.functions import (
     Entries,
@@ -40,6 +41,7 @@ from gaitopt.gait.quantities import CORNER_NAMES
 from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
+from gaitopt.settings import checked
 
 if TYPE_CHECKING:
     from gaitopt.mechanics.capsule_distance import CapsulePairs
@@ -61,6 +63,173 @@ _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
 _LANDING_SIZE = 0.01  # of these, where heights vanish at the end: as fine as what they are there
 _STEEPER = 1.001  # refinement leaves their slope at the end short by less than a thousandth
 _LANDING = 12  # power that leaves the profile of the landing to the last fifth of the step
+_LYING = 1.5708  # rad: what asks the trunk to lean or turn farther is meant in degrees
+TILTED = 1.0
+"""No trunk is let lean or turn farther to find a walk, no foot tilt [rad]."""
+
+
+@checked
+@dataclass(frozen=True)
+class Margins:
+    """The limits of section 3.2 that are not facts of the robot.
+
+    Attributes:
+        friction: coefficient mu of Eqs. (33)-(34).
+        minimum_load: least vertical ground force, Eq. (35) [N].
+        cop_margin: distance of the centre of pressure from the sole's edge, Eqs. (37)-(38) [m].
+        clearance: height of the swing foot's corners at mid-step; the profile is
+            clearance * sin²(pi t / T) [m].
+        lateral_gap: between the swing sole and the edge of the stance sole, Eq. (32) [m].
+        knee_flexion: least bend of both knees from straight [rad].
+        leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31);
+            None: no limit, as suits the lifted form, whose joint angles cannot be out of reach.
+        liftoff_speed: least upward speed of the old stance sole's corners after impact [m/s];
+            a small negative value relaxes section 2.4.1, and lowers the profile of the clearance
+            by what such a foot sinks, at most 0.0125 |liftoff_speed| T.
+        joint_range: whether the joint ranges of Eq. (30) are imposed.
+        impulse_cop: whether the impulsive centre of pressure must lie in the landing sole.
+        torque_limit, speed_limit: replace the robot's limits when given [N·m], [rad/s].
+        trunk_roll, trunk_pitch, trunk_yaw: largest angle of the trunk from upright and from the
+            direction of travel over the whole step [rad].
+        torsional_friction: largest moment about the vertical through the centre of pressure over
+            the vertical force, of the stance foot and of the impact [m]; friction * turning_arm of
+            the sole is what a foot that presses evenly can bear.
+        step_width: largest distance between the two lines of footsteps, |foot_spacing| [m]; by as
+            much more as a wide step sideways needs, or feet turned against each other in a turn.
+        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines;
+            its yaw in a turn by as much more as the feet are turned against each other.
+        leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
+            where the robot has less when it stands.
+        arm_gap: the same between moving arms and pelvis, waist, thighs, loads and the other arm.
+        swing_height: largest height of the swing foot's corners over the whole step [m].
+        landing_speed: least speed at which every corner of the swing foot comes down [m/s]: they
+            stay above landing_speed * (T - t) * (t / T)^12.
+        landing_impulse: largest vertical impulse of the impact over the robot's mass [m/s].
+        soft_landing: whether the swing foot lands at zero speed: there is no impact then, and what
+            limits an impact and what the rear foot does after it has no meaning.
+        nosing: on stairs, length over which the height that the swing foot must pass is rounded at
+            every edge, on the side of the lower tread [m]; None: all that lies between the toe of a
+            foot that stands and the heel on the next tread.
+
+    Raises:
+        InputError: a value is no finite number, or out of range.
+    """
+
+    friction: float = margin(
+        0.7, "Coefficient of friction of the ground.",
+        "the coefficient of friction", above=0.0, metavar="mu", common=True,
+        relax=(2.0, 0.1),  # rubber on rough concrete
+    )  # fmt: skip
+    minimum_load: float = margin(
+        25.0, "Least vertical force of the ground on the stance foot.",
+        "the least vertical ground force", "N", least=0.0,
+        relax=(0.0, -100.0),
+    )  # fmt: skip
+    cop_margin: float = margin(
+        0.005, "Least distance of the centre of pressure from the edges of the sole.",
+        "the margin of the centre of pressure", "m", least=0.0, relax=(0.0, -0.01),
+    )  # fmt: skip
+    clearance: float = margin(
+        0.03, "Least height of the swing foot above the ground at mid-step.",
+        "the clearance of the swing foot", "m",
+        least=0.0, relax=(0.0, -0.1), common=True,
+    )  # fmt: skip
+    lateral_gap: float = margin(
+        0.01,
+        "Least gap between swing and stance sole, sideways.",
+        "the gap between the feet",
+        "m",
+        relax=(0.0, -0.1),
+    )
+    knee_flexion: float = margin(
+        0.1,
+        "Least bend of the knees from straight.",
+        "the least bend of the knees",
+        "rad",
+        relax=(0.0, -0.3),
+    )
+    leg_extension: float | None = margin(
+        0.9995,
+        "Longest distance from hip to ankle in double support, over that of the straight leg.",
+        "the largest extension of the legs",
+        above=0.0, most=1.0, relax=(1.0, 0.01), metavar="ratio", limit=True,
+    )  # fmt: skip
+    liftoff_speed: float = margin(
+        0.0, "Least speed upward of the rear foot as it leaves; below zero it may sink first.",
+        "the least lift-off speed of the rear foot", "m/s",
+        relax=(-0.05, -0.1),  # a rear foot that sinks faster has not lifted off
+    )  # fmt: skip
+    joint_range: bool = margin(True, "Keep every joint within its range.")
+    impulse_cop: bool = margin(
+        True, "Keep the impulse of the impact inside the landing sole, which then does not tip."
+    )
+    torque_limit: float | None = margin(
+        None, "Largest torque of every joint, in place of the robot's limits.",
+        "the torque limit of every joint", "N·m",
+        above=0.0, common=True,
+    )  # fmt: skip
+    speed_limit: float | None = margin(
+        None, "Largest speed of every joint, in place of the robot's limits.",
+        "the speed limit of every joint",
+        "rad/s", above=0.0, common=True,
+    )  # fmt: skip
+    trunk_roll: float | None = margin(
+        None, "Largest sideways lean of the trunk.", "the largest sideways lean of the trunk",
+        "rad", above=0.0, most=_LYING, relax=(TILTED, 0.3),
+    )  # fmt: skip
+    trunk_pitch: float | None = margin(
+        None, "Largest lean of the trunk forward or back.",
+        "the largest lean of the trunk forward or back",
+        "rad", above=0.0, most=_LYING, relax=(TILTED, 0.3), common=True,
+    )  # fmt: skip
+    trunk_yaw: float | None = margin(
+        None, "Largest turn of the trunk from the direction of travel.",
+        "the largest turn of the trunk", "rad", above=0.0, most=_LYING,
+        relax=(TILTED, 0.3),
+    )  # fmt: skip
+    torsional_friction: float | None = margin(
+        None, "Largest moment about the vertical that a foot bears, over its load.",
+        "the coefficient of torsional friction",
+        "m", above=0.0, relax=(0.5, 0.01),  # of a foot far larger than any biped's
+    )  # fmt: skip
+    step_width: float | None = margin(
+        None, "Largest distance of the feet sideways.", "the largest step width", "m", above=0.0
+    )
+    swing_tilt: float | None = margin(
+        None, "Largest roll, pitch and yaw of the swing foot, as sines.",
+        "the largest tilt of the swing foot", "rad",
+        above=0.0, most=1.0, relax=(TILTED, 0.3), sine=True,
+    )  # fmt: skip
+    leg_gap: float | None = margin(
+        None, "Least distance between the legs' bodies.", "the gap between the bodies of the legs",
+        "m", relax=(0.0, -0.1),
+    )  # fmt: skip
+    arm_gap: float | None = margin(
+        None, "Least distance of moving arms from trunk, thighs and each other.",
+        "the gap between the arms and other bodies", "m", relax=(0.0, -0.1),
+    )  # fmt: skip
+    swing_height: float | None = margin(
+        None, "Largest height of the swing foot.", "the largest height of the swing foot", "m",
+        above=0.0, relax=(0.5, 0.1),  # nobody lifts a foot higher to walk on level ground
+    )  # fmt: skip
+    landing_speed: float | None = margin(
+        None, "Least speed downward at which every corner of the landing foot comes down.",
+        "the least speed at which the corners of the foot land", "m/s", least=0.0,
+        relax=(0.0, -0.3),
+    )  # fmt: skip
+    landing_impulse: float | None = margin(
+        None, "Largest vertical impulse of the impact over the robot's mass.",
+        "the largest vertical impulse at the impact over the mass", "m/s", above=0.0,
+        relax=(2.0, 0.3),  # of a foot slammed down
+    )  # fmt: skip
+    soft_landing: bool = margin(False, "The foot lands at zero speed, without an impact.")
+    nosing: float | None = margin(
+        None, "On stairs, length before the edges over which the swing foot keeps away.",
+        "the distance of the swing foot from the edges of the stairs", "m", above=0.0,
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check_margins(self)
 
 
 def _size(context: ConstraintContext, unit: str) -> float:

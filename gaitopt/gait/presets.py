@@ -14,7 +14,8 @@ import numpy as np
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError, did_you_mean
-from gaitopt.gait.constraint import Margins, is_finite
+from gaitopt.gait.constraint import is_finite
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import Terrain

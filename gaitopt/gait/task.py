@@ -19,14 +19,13 @@ from gaitopt.gait.constraint import (
     USABLE,
     Constraint,
     Margin,
-    Margins,
     check_declaration,
     check_relaxation,
     declared_margins,
     is_finite,
     is_of_use,
 )
-from gaitopt.gait.constraints import CONSTRAINTS
+from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
 from gaitopt.gait.grid import QUADRATURES, STRIDE_EDGES, Grid, over_steps, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (

@@ -23,7 +23,8 @@ from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.dataclass import dataclass
 from gaitopt.design.sizing import with_motors
 from gaitopt.errors import InputError, SpecError, did_you_mean
-from gaitopt.gait.constraint import Margins, declared_margins
+from gaitopt.gait.constraint import declared_margins
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import DURATION, GEOMETRY, GEOMETRY_NAMES, set_geometry
 from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record

@@ -12,8 +12,8 @@ from reference_cases import biped
 from walks import UPRIGHT, rows_and_limits, walk
 
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import ConstraintContext, Margins
-from gaitopt.gait.constraints import CentreOfPressure
+from gaitopt.gait.constraint import ConstraintContext
+from gaitopt.gait.constraints import CentreOfPressure, Margins
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem, constraint_blocks

@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 
 from gaitopt.errors import InputError
-from gaitopt.gait.constraint import Margins
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.task import Task
