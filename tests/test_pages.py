@@ -48,6 +48,7 @@ def walks(tmp_path_factory):
     quick = ("--starts", "1", "--no-figures", "--quiet")
     for words in (
         ("optimise", "--speed", "1", "-o", str(folder / "walk"), *quick),
+        ("optimise", "--preset", "robust", "--speed", "0.8", "-o", str(folder / "robust"), *quick),
         ("sweep", "--speeds", "0.9:1:0.1", "-o", str(folder / "gaits"), "--quiet"),
     ):
         made = CliRunner().invoke(app, words)

@@ -356,7 +356,10 @@ def _append(path: Path, record: Mapping[str, Any]) -> None:
             stream.flush()
             os.fsync(stream.fileno())
     except OSError as error:
-        raise InputError(f"cannot write '{path}': {reason_of(error)}") from error
+        raise InputError(
+            f"cannot write '{path}': {reason_of(error)}; make room or permission where it is, and "
+            "give the same command again to go on"
+        ) from error
 
 
 def _first(

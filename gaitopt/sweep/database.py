@@ -187,7 +187,7 @@ class Database:
             raise self._unwritable(error) from error
 
     def _unwritable(self, error: sqlite3.Error) -> InputError:
-        return InputError(f"cannot write '{self.path}': {reason_of(error)}")
+        return _unwritable(self.path, error)
 
 
 @contextmanager
@@ -220,8 +220,15 @@ def _lock(directory: Path) -> sqlite3.Connection:
             raise InputError(
                 f"'{directory}' is in use by another sweep; wait for it, or give another directory"
             ) from error
-        raise InputError(f"cannot write '{path}': {reason_of(error)}") from error
+        raise _unwritable(path, error) from error
     return connection
+
+
+def _unwritable(path: Path, error: sqlite3.Error) -> InputError:
+    return InputError(
+        f"cannot write '{path}': {reason_of(error)}; make room or permission where it is, and give "
+        "the same command again to go on"
+    )
 
 
 FORMAT = 3

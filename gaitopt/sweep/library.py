@@ -477,6 +477,11 @@ class Writer:
 
     def _kept(self, error: InputError) -> InputError:
         reason = str(error).split(";")[0]
+        if not self.directory.is_dir():
+            return InputError(
+                f"{reason}; the directory '{self.directory}' was removed or moved meanwhile; put "
+                "it back and give the same command again to go on, or begin anew without it"
+            )
         gaits = sum(self.has_gait(point) for point in self.states if point not in self._pending)
         return InputError(
             f"{reason}; the {gaits} gaits in '{self.directory}' are kept: make room or permission, "

@@ -319,6 +319,20 @@ def test_a_full_disk_is_told_and_leaves_nothing_half_written(robot, swept, tmp_p
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
 
 
+def test_a_library_that_is_moved_away_is_told(robot, tmp_path):
+    directory = tmp_path / "lib"
+
+    def move(progress):
+        if directory.exists():
+            directory.rename(tmp_path / "moved")
+
+    with pytest.raises(InputError, match="was removed or moved meanwhile; put it back and give"):
+        sweep(robot, quick_task(), [SPEEDS], directory, QUICK, on_progress=move)
+    assert not directory.exists()
+    (tmp_path / "moved").rename(directory)
+    assert len(sweep(robot, quick_task(), [SPEEDS], directory, QUICK).rows) == 4
+
+
 def test_a_library_can_be_read_while_it_is_made(robot, tmp_path):
     with Counting(most=2), pytest.raises(KeyboardInterrupt):
         sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK)
