@@ -66,6 +66,15 @@ def _fail(report: pytest.TestReport | pytest.CollectReport, config: pytest.Confi
         report.longrepr = f"--nothing-skipped: {reason}"
 
 
+@pytest.fixture(scope="module", autouse=True)
+def forgotten(request: pytest.FixtureRequest) -> Generator[None]:
+    """Keep what functions of a file of tests remember no longer than its tests: walks are large."""
+    yield
+    for value in vars(request.module).values():
+        if getattr(value, "__module__", None) == request.module.__name__:
+            getattr(value, "cache_clear", lambda: None)()
+
+
 @pytest.fixture(scope="session")
 def robot() -> Robot:
     """The paper's biped, standing on its right foot."""

@@ -30,15 +30,9 @@ ACROSS = 0.1
 WAY = {"speed": 0.6, "duration": 0.5}
 
 
-@pytest.fixture(scope="module")
-def found():
-    """What designs walks, each once; nothing of them is kept after the tests of this file."""
-
-    @functools.cache
-    def designed(options=None, **changes):
-        return design(biped(), preset_task("standard", **{**WAY, **changes}), options)
-
-    return designed
+@functools.cache
+def found(options=None, **changes):
+    return design(biped(), preset_task("standard", **{**WAY, **changes}), options)
 
 
 def somewhere(**changes):
@@ -101,7 +95,7 @@ def test_newton_and_euler_agree_and_object_to_other_ground():
     assert other.torque > 1e-3  # that of the other side
 
 
-def test_walks_across_are_certified_mirror_images(found, tmp_path):
+def test_walks_across_are_certified_mirror_images(tmp_path):
     left, right = found(cross_slope=ACROSS), found(cross_slope=-ACROSS)
     for walk in (left, right):
         assert walk.certificate.certified, walk.certificate.verdict
@@ -125,7 +119,7 @@ def test_walks_across_are_certified_mirror_images(found, tmp_path):
     assert ground_of(again).words == "rising to the left, 10 % (5.73°)"
 
 
-def test_a_stride_uphill_is_the_walk_uphill(found):
+def test_a_stride_uphill_is_the_walk_uphill():
     ways = {"speed": 0.8, "duration": 0.4, "slope": 0.1}
     one, two = found(**ways), found(**ways, stride=True)
     assert two.certificate.certified
@@ -140,7 +134,7 @@ def test_the_pelvis_stands_upright_in_double_support():
     assert rolls == pytest.approx([-ACROSS, ACROSS])
 
 
-def test_exported_feet_stand_beside_each_other_up_the_slope(found):
+def test_exported_feet_stand_beside_each_other_up_the_slope():
     gait = found(cross_slope=ACROSS).gait
     sampled = motion(gait, 100.0)
     heights = sampled.samples.sole[0, :, 2, 3]  # z against gravity; the right foot stands
@@ -174,7 +168,7 @@ def test_it_walks_across_under_feedback(across):
     assert abs(walk.drift) < 0.05
 
 
-def test_what_walks_across_cannot_yet_is_said(found):
+def test_what_walks_across_cannot_yet_is_said():
     gait = found(cross_slope=ACROSS).gait
     with pytest.raises(InputError, match="multipliers are those of walks"):
         stability(gait)

@@ -24,16 +24,10 @@ from gaitopt.view.page import page_text
 BOTH = {"duration": 0.5, "double_support": 0.05}
 
 
-@pytest.fixture(scope="module")
-def found():
-    """What designs walks, each once; nothing of them is kept after the tests of this file."""
-
-    @functools.cache
-    def designed(**changes):
-        task = preset_task(**{"speed": 0.8, **BOTH, **changes})
-        return design_gait(biped(), task, DesignOptions(diagnose=False))
-
-    return designed
+@functools.cache
+def found(**changes):
+    task = preset_task(**{"speed": 0.8, **BOTH, **changes})
+    return design_gait(biped(), task, DesignOptions(diagnose=False))
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +40,7 @@ def gait():
     return gait_at(problem, perturbed(problem, first_guess(problem), 0.02, 3), {})
 
 
-def test_a_straight_stride_solved_is_the_walk_of_one_step(found):
+def test_a_straight_stride_solved_is_the_walk_of_one_step():
     one, two = found(), found(stride=True)
     assert two.certificate.verdict == "certified"
     assert two.solution.cost == pytest.approx(one.solution.cost, rel=1e-8)
@@ -55,7 +49,7 @@ def test_a_straight_stride_solved_is_the_walk_of_one_step(found):
         assert relative_error(step.torque, one.gait.torque) < 1e-4
 
 
-def test_turns_to_either_side_are_mirror_images(found):
+def test_turns_to_either_side_are_mirror_images():
     left, right = found(turn_rate=0.4), found(turn_rate=-0.4)
     assert left.certificate.verdict == right.certificate.verdict == "certified"
     assert left.solution.cost == pytest.approx(right.solution.cost, rel=1e-8)
@@ -75,7 +69,7 @@ def test_turns_to_either_side_are_mirror_images(found):
         {"speed": 0.5, "cross_slope": 0.05},
     ],
 )
-def test_walks_of_every_way_are_certified_by_both_engines(found, way):
+def test_walks_of_every_way_are_certified_by_both_engines(way):
     one = found(**way)
     assert one.certificate.verdict == "certified"
     assert second_engine(one.gait, instants=31).largest < 1e-9
