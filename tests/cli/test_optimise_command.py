@@ -114,7 +114,7 @@ def test_unrefined_gait_says_so(quick):
 
 
 def test_no_gait_found(quick, tmp_path):
-    result = quick("--torque-limit", "20", "--samples", "15", "-o", tmp_path / "none")
+    result = quick("--torque-limit", "20", "-o", tmp_path / "none")
     assert result.exit_code == 3
     assert "no feasible gait was found" in result.stderr
     assert "torque at" in result.stderr
@@ -123,7 +123,7 @@ def test_no_gait_found(quick, tmp_path):
 
 
 def test_step_longer_than_the_legs_is_no_gait(quick, tmp_path):
-    result = quick("--speed", "5", "--samples", "15", "-o", tmp_path / "none")
+    result = quick("--speed", "5", "-o", tmp_path / "none")
     assert result.exit_code == 3
     assert "a step of 2.000 m" in result.stderr
     assert "longer than the legs can span: at most 1.164 m" in result.stderr

@@ -171,8 +171,8 @@ def test_exit_codes(cli, quick, designed, tmp_path):
     assert quick("--max-iterations", "1", "--start", gait, "--samples", "61").exit_code == 1
     assert cli("check", tmp_path / "absent.npz").exit_code == 2
     assert cli("optimise", "--bogus").exit_code == 2
-    assert quick("--torque-limit", "20", "--samples", "15").exit_code == 3
-    assert quick("--speed", "9", "--samples", "15").exit_code == 3
+    assert quick("--torque-limit", "20").exit_code == 3
+    assert quick("--speed", "9").exit_code == 3
     assert cli("--version").exit_code == 0
 
 
