@@ -101,7 +101,7 @@ def test_where_going_on_proves_nothing_it_starts_afresh(level, monkeypatch, of_i
     problem, found = level
     monkeypatch.setattr(Design, "proven", property(lambda d: of_its_own and soft(d.problem)))
     unproven, options = replace(found, status=Status.STALLED), DesignOptions(refine=False)
-    taken = starts._without_impact(problem, unproven, options, None, lambda: False)
+    taken = starts._without_impact(problem, unproven, Search(options))
     assert soft(taken.problem) is of_its_own
 
 
