@@ -17,8 +17,8 @@ from common import arguments, save
 from tables import table
 
 from gaitopt.catalogue.entries import description, entry_by_name
-from gaitopt.design.design import Design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import NoGaitFoundError

@@ -14,7 +14,8 @@ from common import arguments, save
 from tables import table
 
 from gaitopt.catalogue.entries import catalogue, description, entry_by_name
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
+from gaitopt.design.pipeline import Design
 from gaitopt.design.process import small_matrices
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.task import Task

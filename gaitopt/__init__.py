@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from gaitopt.catalogue.urdf_writer import urdf_text
     from gaitopt.design.audit import Audit, audit
     from gaitopt.design.certificate import Certificate, certify
-    from gaitopt.design.design import Design, compare_solvers
+    from gaitopt.design.design import compare_solvers
     from gaitopt.design.options import DesignOptions
+    from gaitopt.design.pipeline import Design
     from gaitopt.design.replanner import Plan, Replanner
     from gaitopt.design.starts import design_gait, many_starts
     from gaitopt.design.summary import summarise
@@ -78,8 +79,9 @@ _HOMES = {
         "catalogue.urdf_writer": "urdf_text",
         "design.audit": "Audit audit",
         "design.certificate": "Certificate certify",
-        "design.design": "Design compare_solvers",
+        "design.design": "compare_solvers",
         "design.options": "DesignOptions",
+        "design.pipeline": "Design",
         "design.replanner": "Plan Replanner",
         "design.starts": "design_gait many_starts",
         "design.summary": "summarise",

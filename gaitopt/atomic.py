@@ -48,6 +48,14 @@ def write_atomically(path: str | os.PathLike[str], data: bytes, *, synced: bool 
     return target
 
 
+def cannot_go_on(path: Path, error: Exception) -> InputError:
+    """Return the error that a file which work goes on from cannot be written."""
+    return InputError(
+        f"cannot write '{path}': {reason_of(error)}; make room or permission where it is, and give "
+        "the same command again to go on"
+    )
+
+
 def make_directory(path: Path) -> Path:
     """Make a directory with those above it, unless it is there; return it.
 

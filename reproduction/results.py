@@ -12,7 +12,7 @@ from math import isfinite
 import numpy as np
 
 from gaitopt.design.certificate import Certificate, certify
-from gaitopt.design.design import versions
+from gaitopt.design.pipeline import versions
 from gaitopt.errors import NoGaitFoundError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.result import Gait

@@ -9,7 +9,7 @@ from math import isfinite
 
 import numpy as np
 
-from gaitopt.design.design import versions
+from gaitopt.design.pipeline import versions
 from gaitopt.gait.result import Gait
 from reproduction.curve import GROUPS
 from reproduction.gradients import DIFFERENCES, EXACT, NEAR

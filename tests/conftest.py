@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from reference_cases import ReferenceCase, biped, reference_case, reference_task
 
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name

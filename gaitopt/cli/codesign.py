@@ -16,7 +16,7 @@ import typer
 from rich.console import Console
 
 from gaitopt.actuators.motors import MOTORS, MotorTable, read_motors
-from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.atomic import cannot_go_on, make_directory, write_atomically
 from gaitopt.bounds import JOURNAL, read_bounded
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, write_spec
@@ -50,7 +50,7 @@ from gaitopt.design.codesign import (
     with_proportions,
 )
 from gaitopt.design.process import small_matrices
-from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean, reason_of
+from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task, task_record
@@ -356,10 +356,7 @@ def _append(path: Path, record: Mapping[str, Any]) -> None:
             stream.flush()
             os.fsync(stream.fileno())
     except OSError as error:
-        raise InputError(
-            f"cannot write '{path}': {reason_of(error)}; make room or permission where it is, and "
-            "give the same command again to go on"
-        ) from error
+        raise cannot_go_on(path, error) from error
 
 
 def _first(

@@ -12,7 +12,7 @@ from gaitopt.cli.display import warn
 from gaitopt.cli.process import stop_on_interrupt
 from gaitopt.cli.request import Request, make_task
 from gaitopt.design.certificate import WorstRow
-from gaitopt.design.design import Design
+from gaitopt.design.pipeline import Design
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.nlp import Status

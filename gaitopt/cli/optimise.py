@@ -34,9 +34,10 @@ from gaitopt.cli.results import (
     save_elsewhere,
     write_results,
 )
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times, searched_times
+from gaitopt.design.pipeline import Design
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.design.walkability import weak_points

@@ -19,11 +19,9 @@ from gaitopt.design.pipeline import (
     Search,
     attempt,
     complete,
-    finished,
     gone_on,
     is_walk,
     parameters_of,
-    versions,
 )
 from gaitopt.errors import (
     EvaluationError,
@@ -53,12 +51,6 @@ from gaitopt.solvers.multipliers import least_squares_multipliers
 
 if TYPE_CHECKING:
     from gaitopt.design.diagnosis import Diagnosis
-
-
-__all__ = [
-    "COMPARED", "Design", "checked_start", "compare_solvers", "design", "finished", "run_record",
-    "searched", "versions",
-]  # fmt: skip
 
 
 def design(

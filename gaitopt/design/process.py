@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt
 _THREADS = "OPENBLAS_NUM_THREADS"  # read by a BLAS that is loaded later: SciPy brings its own
 _KEPT = 32 * 2**20  # bytes; glibc refuses a larger threshold for mmap
-_LOOKED_AFTER = 0.1  # s between two looks at processes that are to end
+_POLL = 0.1  # s between two looks at processes that are to end
 
 
 @contextmanager
@@ -144,7 +144,7 @@ def shut_down(pool: ProcessPoolExecutor, *, at_once: bool = False) -> None:
         kill(pool)
     pool.shutdown(wait=False, cancel_futures=True)
     while thread is not None and thread.is_alive():
-        thread.join(_LOOKED_AFTER)
+        thread.join(_POLL)
         if not (thread.pending_work_items or any(process.is_alive() for process in processes)):
             jobs.close()  # nobody will read it: who writes to it learns that now
 

@@ -17,13 +17,15 @@ import numpy as np
 
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.design.design import Design, checked_start, design, finished, walk_after_diagnosis
+from gaitopt.design.design import checked_start, design, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.design.phase_times import SLOWER, best_times, searched_times
 from gaitopt.design.pipeline import (
+    Design,
     Search,
     attempt,
     complete,
+    finished,
     impulse_vanishes,
     is_walk,
     without_impact,

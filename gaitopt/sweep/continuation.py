@@ -33,9 +33,9 @@ from gaitopt.design.active_set import (
     violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
-from gaitopt.design.design import Design, design, finished
+from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Search, is_walk
+from gaitopt.design.pipeline import Design, Search, finished, is_walk
 from gaitopt.design.refinement import (
     MAX_ROUNDS,
     exchange,

@@ -22,6 +22,7 @@ from types import TracebackType
 from typing import Any
 
 from gaitopt.actuators.motors import motor_table_of
+from gaitopt.atomic import cannot_go_on
 from gaitopt.bounds import DATABASE as MOST_BYTES
 from gaitopt.bounds import shortened, too_large
 from gaitopt.catalogue.biped_spec import biped13
@@ -133,12 +134,12 @@ class Database:
             self._connection = _connected(self.path, "rwc")
         except sqlite3.Error as error:
             self._lock.close()
-            raise self._unwritable(error) from error
+            raise cannot_go_on(self.path, error) from error
         try:
             self._connection.executescript(_SCHEMA)
         except sqlite3.Error as error:
             self.close(leave=False)
-            raise self._unwritable(error) from error
+            raise cannot_go_on(self.path, error) from error
 
     def __enter__(self) -> Database:
         return self
@@ -184,10 +185,7 @@ class Database:
                         (name, text, record_digest(name, text)),
                     )
         except sqlite3.Error as error:
-            raise self._unwritable(error) from error
-
-    def _unwritable(self, error: sqlite3.Error) -> InputError:
-        return _unwritable(self.path, error)
+            raise cannot_go_on(self.path, error) from error
 
 
 @contextmanager
@@ -220,15 +218,8 @@ def _lock(directory: Path) -> sqlite3.Connection:
             raise InputError(
                 f"'{directory}' is in use by another sweep; wait for it, or give another directory"
             ) from error
-        raise _unwritable(path, error) from error
+        raise cannot_go_on(path, error) from error
     return connection
-
-
-def _unwritable(path: Path, error: sqlite3.Error) -> InputError:
-    return InputError(
-        f"cannot write '{path}': {reason_of(error)}; make room or permission where it is, and give "
-        "the same command again to go on"
-    )
 
 
 FORMAT = 3

@@ -21,9 +21,10 @@ from typing import Any
 from gaitopt.bounds import WORKERS, at_most, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import active_rows
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.design.process import (
     kill,
     serve_parent,

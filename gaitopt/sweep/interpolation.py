@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.errors import EvaluationError, InputError, did_you_mean
 from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import WalkProblem

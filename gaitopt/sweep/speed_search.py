@@ -8,8 +8,9 @@ from dataclasses import replace
 from functools import partial
 
 from gaitopt.dataclass import dataclass
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError, UnreachableError
 from gaitopt.gait.task import Task

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.atomic import write_atomically
-from gaitopt.design.design import Design
+from gaitopt.design.pipeline import Design
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost

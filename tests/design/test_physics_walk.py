@@ -10,8 +10,9 @@ from places import CASES
 
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import ask_referee, fine_grid
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.design.summary import summarise
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait

@@ -13,7 +13,8 @@ from urdf_edits import edited_urdf
 
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import ask_referee
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import design
+from gaitopt.design.pipeline import Design
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import gait_members, load_gait, save_gait
