@@ -207,9 +207,7 @@ def _add_joint(
     limits = _limits(moving, force, (own.lower, own.upper))
     joint = int(model.addJoint(parent, moving, at, own.name, *limits))
     first, count = model.joints[joint].idx_v, model.joints[joint].nv
-    armature = np.array(model.armature)
-    armature[first : first + count] = own.armature
-    model.armature = armature
+    model.armature[first : first + count] = own.armature
     return joint, pin.SE3(np.eye(3), -anchor)
 
 

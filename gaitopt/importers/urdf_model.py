@@ -31,7 +31,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
 from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadable
-from gaitopt.importers.pinocchio_model import joint_model, sound_inertia
+from gaitopt.importers.pinocchio_model import joint_model, rigid_body, sound_inertia
 from gaitopt.importers.report import listed
 from gaitopt.importers.urdf_document import (
     Description,
@@ -96,14 +96,11 @@ def refuse_taken(robot: Description) -> None:
 
 def body(inertial: Inertial | None) -> pin.Inertia:
     """Return the inertia of a link in its own frame."""
-    inertia = pin.Inertia.Zero()
-    if inertial is not None:
-        turn = inertial.pose.rotation
-        # Set one by one: a body of an arm may be impossible, which its constructor refuses.
-        inertia.mass = inertial.mass
-        inertia.lever = inertial.pose.translation
-        inertia.inertia = turn @ sound_inertia(inertial.mass, inertial.inertia) @ turn.T
-    return inertia
+    if inertial is None:
+        return pin.Inertia.Zero()
+    turn = inertial.pose.rotation
+    inertia = turn @ sound_inertia(inertial.mass, inertial.inertia) @ turn.T
+    return rigid_body(inertial.mass, inertial.pose.translation, inertia)
 
 
 def _add_link(model: pin.Model, link: Link, parent: int) -> int:
@@ -205,10 +202,8 @@ def read_rotors(
 
 def add_armature(model: pin.Model, rotors: Iterable[Rotor]) -> None:
     """Add the rotors of a robot to a model of it that is being made; those of one joint add up."""
-    armature = np.array(model.armature)
     for rotor in rotors:
-        armature[model.joints[model.getJointId(rotor.joint)].idx_v] += rotor.armature
-    model.armature = armature
+        model.armature[model.joints[model.getJointId(rotor.joint)].idx_v] += rotor.armature
 
 
 def _gives(element: Element, names: tuple[str, ...]) -> bool:

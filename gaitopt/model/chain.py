@@ -37,7 +37,6 @@ from gaitopt.model.symmetry import (
 )
 from gaitopt.nlp import Array
 
-_PARALLEL = 1e-9  # rad
 _SYMMETRY_TOLERANCE = 1e-8  # relative: a half step and its mirror must be the same motion
 
 
@@ -55,8 +54,7 @@ class RootedChain:
         findings: what was changed to make it symmetric, what mirrors what, and what of its physics
             counts.
         heading: forward, left and up of the robot in its root link, columns, shape (3, 3).
-        unrooted: the same robot, rooted as in its file.
-        symmetry: what making it symmetric took, rooted at the pelvis.
+        symmetry: the same robot, rooted as in its file, and what making it symmetric took.
     """
 
     model: pin.Model
@@ -66,7 +64,6 @@ class RootedChain:
     physics: ChainPhysics
     findings: tuple[Finding, ...]
     heading: Array
-    unrooted: pin.Model
     symmetry: Symmetrised
 
     @property
@@ -143,9 +140,7 @@ def build_chain(reading: ImportedRobot) -> RootedChain:
             reading.choices.gravity,
         ),
     )
-    return RootedChain(
-        model, tree, mirror, lines, physics, findings, reading.rotation, done.model, done
-    )
+    return RootedChain(model, tree, mirror, lines, physics, findings, reading.rotation, done)
 
 
 def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:

@@ -115,10 +115,8 @@ def leg_loops(
 
 def apply_loops(model: pin.Model, loops: LegLoops) -> None:
     """Give a model the armature of loops, and no torque limit where motors are felt elsewhere."""
-    armature = np.array(model.armature)
     for name, value in loops.armature.items():
-        armature[model.joints[model.getJointId(name)].idx_v] += value
-    model.armature = armature
+        model.armature[model.joints[model.getJointId(name)].idx_v] += value
     for name in loops.passed_on:
         at = model.joints[model.getJointId(name)].idx_v
         model.effortLimit[at], model.lowerEffortLimit[at] = math.inf, -math.inf

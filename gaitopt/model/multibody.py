@@ -299,7 +299,7 @@ def multibody(
         sole_names: names of the stance and the swing sole frame.
         sole: rectangle of either sole.
     """
-    even = chain.unrooted
+    even = chain.symmetry.model
     free = [j for j in range(2, model.njoints) if model.joints[j].nv != 1]
     whole = reduced(model, free, posture)
     names = tuple(str(name) for name in whole.names[2:])

@@ -177,16 +177,10 @@ def _add_joint(
     old_v, new_v = model.joints[joint].idx_v, rooted.joints[new].idx_v
     old_q, new_q = model.joints[joint].idx_q, rooted.joints[new].idx_q
     for name in ("effortLimit", "velocityLimit", "armature"):
-        _copy_entry(rooted, model, name, new_v, old_v)
+        getattr(rooted, name)[new_v] = getattr(model, name)[old_v]
     for name in ("lowerPositionLimit", "upperPositionLimit"):
-        _copy_entry(rooted, model, name, new_q, old_q)
+        getattr(rooted, name)[new_q] = getattr(model, name)[old_q]
     return int(new)
-
-
-def _copy_entry(target: pin.Model, source: pin.Model, name: str, to: int, from_: int) -> None:
-    values = np.array(getattr(target, name))
-    values[to] = getattr(source, name)[from_]
-    setattr(target, name, values)
 
 
 def _supports(model: pin.Model, frame: str) -> set[int]:

@@ -16,8 +16,7 @@ light link or a joint near the ground counts as little as it matters.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -25,7 +24,7 @@ from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.pinocchio_model import rigid_body
-from gaitopt.model.legs.kinematic_tree import pose_model
+from gaitopt.model.legs.kinematic_tree import angle_between, pose_model, turn_onto
 from gaitopt.nlp import Array
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
@@ -368,27 +367,40 @@ def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
     probe = walk_probe(even, sides, length)
     seen = probe.measure(even)
 
-    def difference(
-        pair: _Pair, kind: str, size: str, undo: Callable[[pin.Model], None]
-    ) -> Difference:
-        """Return one difference with what it alone does: the even robot with that as it was."""
-        other = even.copy()
-        undo(other)
-        names = str(whole.names[pair[0]]), str(whole.names[pair[1]])
-        return Difference(names, kind, size, probe.compare(seen, probe.measure(other)))
-
+    differ = [
+        (gap.joints, "soles" if gap.sole else "joints",
+         f"{_tidy(gap.apart, 1e3)} mm and {_tidy(gap.turn, 180.0 / np.pi)} degrees")
+        for gap in gaps
+    ]  # fmt: skip
+    differ += [(pair, "trunk" if pair == (1, 1) else "links", size) for pair, size in bodies]
+    differ += [(pair, "rotors", size) for pair, size in rotors]
     parts = []
-    for gap in gaps:
-        size = f"{_tidy(gap.apart, 1e3)} mm and {_tidy(gap.turn, 180.0 / np.pi)} degrees"
-        undo = partial(_restore_line, whole, gap, sides.soles)
-        parts.append(difference(gap.joints, "soles" if gap.sole else "joints", size, undo))
-    for pair, size in bodies:
-        kind = "trunk" if pair == (1, 1) else "links"
-        parts.append(difference(pair, kind, size, partial(_restore_bodies, whole, pair)))
-    for pair, size in rotors:
-        parts.append(difference(pair, "rotors", size, partial(_restore_rotors, whole, pair)))
+    for pair, kind, size in differ:
+        names = str(whole.names[pair[0]]), str(whole.names[pair[1]])
+        other = probe.measure(_restored(even, whole, pair, kind, sides.soles))
+        parts.append(Difference(names, kind, size, probe.compare(seen, other)))
     parts.sort(key=lambda part: -part.effect.size)
     return Symmetrised(even, tuple(parts), filled, probe.compare(seen, probe.measure(whole)))
+
+
+def _restored(
+    even: pin.Model, file: pin.Model, pair: _Pair, kind: str, soles: tuple[str, str]
+) -> pin.Model:
+    """Return the even robot with one kind of a pair's differences as the file has it."""
+    model = even.copy()
+    if kind == "soles":
+        for frame in map(model.getFrameId, soles):
+            model.frames[frame].placement = file.frames[frame].placement
+        return model
+    for joint in pair:
+        if kind == "joints":
+            model.jointPlacements[joint] = file.jointPlacements[joint]
+        elif kind == "rotors":
+            row = model.joints[joint].idx_v
+            model.armature[row] = file.armature[row]
+        else:
+            model.inertias[joint] = file.inertias[joint]
+    return model
 
 
 def asymmetry_faults(
@@ -504,13 +516,9 @@ def onto_line(placement: pin.SE3, axis: Array, point: Array, goal: Array) -> pin
         point, goal: a point on and the direction of the line, shape (3,) each.
     """
     goal = goal if goal @ axis >= 0.0 else -goal
-    cross = np.cross(axis, goal)
-    sine = float(np.linalg.norm(cross))
-    angle = float(np.arctan2(sine, axis @ goal))
-    turn = cross / sine * angle if sine > 0.0 else np.zeros(3)
     shift = point - placement.translation
     return pin.SE3(
-        pin.exp3(turn) @ placement.rotation,
+        turn_onto(axis, goal) @ placement.rotation,
         placement.translation + shift - (shift @ goal) * goal,
     )
 
@@ -530,8 +538,7 @@ def _mean_line(points: list[Array], axes: list[Array]) -> tuple[Array, Array, fl
         for p, a in zip(points, (first, other), strict=True)
     ]
     apart = float(np.linalg.norm(crossings[0] - crossings[1]))
-    turn = float(np.arctan2(np.linalg.norm(np.cross(first, other)), first @ other))
-    return (crossings[0] + crossings[1]) / 2.0, axis, apart, turn
+    return (crossings[0] + crossings[1]) / 2.0, axis, apart, angle_between(first, other)
 
 
 def _mean_placement(first: pin.SE3, other: pin.SE3) -> tuple[pin.SE3, float, float]:
@@ -540,27 +547,6 @@ def _mean_placement(first: pin.SE3, other: pin.SE3) -> tuple[pin.SE3, float, flo
     apart = float(np.linalg.norm(first.translation - other.translation))
     mean = pin.SE3(rotation, (first.translation + other.translation) / 2.0)
     return mean, apart, float(np.linalg.norm(turn))
-
-
-def _restore_line(file: pin.Model, gap: LineGap, soles: tuple[str, str], model: pin.Model) -> None:
-    if gap.sole:
-        for frame in map(model.getFrameId, soles):
-            model.frames[frame].placement = file.frames[frame].placement
-    else:
-        for joint in gap.joints:
-            model.jointPlacements[joint] = file.jointPlacements[joint]
-
-
-def _restore_bodies(file: pin.Model, pair: _Pair, model: pin.Model) -> None:
-    for joint in pair:
-        model.inertias[joint] = file.inertias[joint]
-
-
-def _restore_rotors(file: pin.Model, pair: _Pair, model: pin.Model) -> None:
-    armature = np.array(model.armature)
-    rows = [model.joints[joint].idx_v for joint in pair]
-    armature[rows] = np.array(file.armature)[rows]
-    model.armature = armature
 
 
 def _bodies(model: pin.Model, sides: Sides) -> list[tuple[int, int, pin.SE3, pin.SE3]]:
@@ -622,12 +608,11 @@ def _tidy(size: float, unit: float) -> str:
 
 
 def _average_rotors(model: pin.Model, sides: Sides) -> list[tuple[_Pair, str]]:
-    armature, differ = np.array(model.armature), []
+    differ = []
     for pair in sides.pairs:
         rows = [model.joints[j].idx_v for j in pair]
-        first, other = (float(armature[row]) for row in rows)
+        first, other = (float(model.armature[row]) for row in rows)
         if first != other:
-            armature[rows] = (first + other) / 2.0
+            model.armature[rows] = (first + other) / 2.0
             differ.append((pair, f"{abs(first - other):.3g} kg·m² (armature)"))
-    model.armature = armature
     return differ

@@ -11,6 +11,7 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.foot_shape import FootShape
+from gaitopt.model.legs.kinematic_tree import angle_between
 from gaitopt.model.scales import REACH
 from gaitopt.model.sole import Sole, tidy
 from gaitopt.nlp import Array
@@ -357,11 +358,6 @@ def _faces_of_few(points: Array) -> tuple[Array, Array]:
     return normals[first], np.array(areas)
 
 
-def angle_between(normal: Array, down: Array) -> float:
-    """Return the angle between two unit vectors (3,) [rad], exact for small ones too."""
-    return float(np.arctan2(np.linalg.norm(np.cross(normal, down)), normal @ down))
-
-
 def _plane(points: Array, radii: Array | None) -> Array | None:
     """Return the normal of the plane under points or equal balls, None if there is none."""
     if len(points) < 3 or (radii is not None and np.ptp(radii) > 0.0):
@@ -380,15 +376,6 @@ def levelled(place: pin.SE3, pivot: Array, turn: Array) -> pin.SE3:
         turn: rotation, shape (3, 3).
     """
     return pin.SE3(turn @ place.rotation, pivot + turn @ (place.translation - pivot))
-
-
-def turn_onto(vector: Array, goal: Array) -> Array:
-    """Return the smallest rotation that takes one unit vector onto another, shape (3, 3)."""
-    axis = np.cross(vector, goal)
-    sine, cosine = float(np.linalg.norm(axis)), float(vector @ goal)
-    if sine == 0.0:
-        return np.eye(3)
-    return np.asarray(pin.exp3(axis / sine * np.arctan2(sine, cosine)))
 
 
 def _other_rectangles(flat: Array) -> dict[str, Edges]:

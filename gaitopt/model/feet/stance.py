@@ -14,15 +14,20 @@ from gaitopt.importers.source import Source
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import (
     MOST_TILTED,
-    angle_between,
     levelled,
     lowest_face,
     sole_normal,
-    turn_onto,
 )
 from gaitopt.model.import_options import SIDES, ImportOptions
 from gaitopt.model.legs.heading import axis_vector, leg_lines
-from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, pose_model, unit
+from gaitopt.model.legs.kinematic_tree import (
+    LegJoints,
+    PosedModel,
+    angle_between,
+    pose_model,
+    turn_onto,
+    unit,
+)
 from gaitopt.model.legs.leg_detection import (
     LegPair,
     axes_apart,

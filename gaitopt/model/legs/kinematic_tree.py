@@ -213,6 +213,20 @@ def unit(vector: Array) -> Array:
     return np.asarray(vector / (float(np.linalg.norm(vector)) or 1.0))
 
 
+def angle_between(first: Array, other: Array) -> float:
+    """Return the angle between two unit vectors (3,) [rad], exact for small ones too."""
+    return float(np.arctan2(np.linalg.norm(np.cross(first, other)), first @ other))
+
+
+def turn_onto(vector: Array, goal: Array) -> Array:
+    """Return the smallest rotation that takes one unit vector onto another, shape (3, 3)."""
+    axis = np.cross(vector, goal)
+    sine, cosine = float(np.linalg.norm(axis)), float(vector @ goal)
+    if sine == 0.0:
+        return np.eye(3)
+    return np.asarray(pin.exp3(axis / sine * np.arctan2(sine, cosine)))
+
+
 def points_on_lines(points: Array, axes: Array, parents: Sequence[int]) -> Array:
     """Return the point of each line of a tree that is nearest to the line of its parent.
 

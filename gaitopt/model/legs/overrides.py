@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError, did_you_mean
-from gaitopt.importers.pinocchio_model import inertia_fault
+from gaitopt.importers.pinocchio_model import inertia_fault, rigid_body
 from gaitopt.importers.report import Finding
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.import_options import LIMIT_UNITS, InertiaOverride, LimitOverride, matching
@@ -116,9 +116,7 @@ def _set(model: pin.Model, joints: list[int], field: str, value: float) -> str:
     rows = [getattr(model.joints[joint], row) for joint in joints]
     for name, number in ((_ATTRIBUTES[field], value), (_OPPOSITE.get(field), -value)):
         if name is not None:
-            values = np.array(getattr(model, name))
-            values[rows] = number
-            setattr(model, name, values)
+            getattr(model, name)[rows] = number
     return f"{field} {value:g} {LIMIT_UNITS[field]}"
 
 
@@ -179,9 +177,7 @@ def _replace(model: pin.Model, link: int, entry: InertiaOverride) -> pin.Inertia
     if fault or not mass > 0.0:
         reason = fault or "the link has no mass in the file; give its mass (kg) too"
         raise RobotError(f"inertias of '{entry.links}': link '{frame.name}': {reason}")
-    new = pin.Inertia.Zero()
-    new.mass, new.lever, new.inertia = mass, lever, turning
-    model.frames[link].inertia = new
+    model.frames[link].inertia = rigid_body(mass, lever, turning)
     total = pin.Inertia.Zero()
     for k in beside:
         other = model.frames[k]
