@@ -292,7 +292,6 @@ def motor_angles(linkage: Linkage, joints: JointPair, q: Array) -> MotorAngles:
     pass there, a walk may not.
 
     Args:
-        linkage: of the joints.
         joints: where they are; matters to rods only.
         q: angles of the joints, shape (K, m) [rad].
     """

@@ -243,7 +243,6 @@ class MotorTable:
 
         Args:
             joints: pattern of their names; one that the table has is left as it is.
-            names: of all joints.
 
         Raises:
             SpecError: there are no such joints, or they have none or different drives.
@@ -272,9 +271,6 @@ class MotorTable:
 
         Of two that set the same, the later one counts. The rotors come after all that has a source,
         rotors of files and of an earlier table, and before a user's own, which have none.
-
-        Args:
-            limits: in the order in which they count.
         """
         own = next((k for k in range(len(limits), 0, -1) if limits[k - 1].source), 0)
         return (*limits[:own], *self.rotors(), *limits[own:])
@@ -351,7 +347,6 @@ def joint_motors(
 
     Args:
         motors: where two patterns fit a joint, the later one counts.
-        names: of the joints.
         mirror: exchange of left and right, shape (joints, joints).
 
     Raises:

@@ -76,12 +76,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,63}")
 
 
 def box_inertia(mass: float, size: Vector3) -> Matrix3:
-    """Return the inertia [kg·m²] of a homogeneous box about its centre, axes along its edges.
-
-    Args:
-        mass: [kg].
-        size: edges along x, y, z [m].
-    """
+    """Return the inertia [kg·m²] of an even box of a mass [kg] and edges [m], axes along these."""
     # Products, not powers: the same bits on every platform.
     xx, yy, zz = (edge * edge for edge in size)
     return (
@@ -352,11 +347,7 @@ def _checked_number(value: object, allowed: Allowed, path: str) -> float:
 
 
 def checked_inertia(inertia: Matrix3, path: str) -> Matrix3:
-    """Return the inertia made exactly symmetric, after checking that a body can have it.
-
-    Args:
-        inertia: about the centre of mass [kg·m²].
-        path: where it stands in the specification, for messages.
+    """Return an inertia [kg·m²] made exactly symmetric, after checking that a body can have it.
 
     Raises:
         SpecError: not symmetric, not positive definite, or a principal moment is larger than the

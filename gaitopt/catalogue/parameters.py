@@ -184,7 +184,6 @@ def changed(spec: BipedSpec, changes: Mapping[str, Any]) -> BipedSpec:
     """Return a copy with some values changed: `{"shin": 0.35, "links.torso.mass": 45}`.
 
     Args:
-        spec: the biped to start from.
         changes: new values [SI units] by the name of a parameter, which takes along what hangs on
             it, or by the path of an entry of the table, which stands for itself.
 
@@ -206,7 +205,6 @@ def merged(spec: BipedSpec, table: Mapping[str, Any]) -> BipedSpec:
     """Return a copy of the specification with the values of a nested table in place of its own.
 
     Args:
-        spec: gives every value that the table does not mention.
         table: parameters by name, set first and in order, and nested mappings with the names of
             the specification's fields.
 
@@ -300,10 +298,6 @@ def read_spec(path: str | os.PathLike[str]) -> BipedSpec:
 
 def write_spec(spec: BipedSpec, path: str | os.PathLike[str]) -> None:
     """Write a biped to a TOML file that `read_spec` reads back equal; all of it or nothing.
-
-    Args:
-        spec: the biped.
-        path: of the file; one that exists is replaced.
 
     Raises:
         InputError: the file cannot be written.

@@ -140,10 +140,8 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
     """Compile an MJCF document.
 
     Args:
-        text: of the main file.
         path: of that file, None for text alone, which may include nothing.
         tree: of the document with what it includes (`whole_mjcf`), for the places in messages.
-        paths: where meshes are.
 
     Raises:
         RobotError: MuJoCo refuses the document, or a mass depends on a mesh that is missing.
@@ -436,7 +434,6 @@ def whole_mjcf(tree: XmlTree, base: Path | None) -> XmlTree:
     """Return a document with the included files merged, one section of each kind.
 
     Args:
-        tree: of the main file.
         base: directory of the main file, None for text.
 
     Raises:

@@ -71,10 +71,6 @@ def extract(
 ) -> tuple[CompiledRobot, tuple[FileProblem, ...], tuple[Finding, ...]]:
     """Return the one robot of a compiled file, what is suspicious in it, and how it was read.
 
-    Args:
-        compiled: the file.
-        tree: of the document with what it includes, for the places in messages.
-
     Raises:
         RobotError: nothing moves, a number is not finite, or there are too many joints.
     """

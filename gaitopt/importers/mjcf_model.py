@@ -139,11 +139,7 @@ def build_mjcf_geometry(
     """Return the shapes of a robot without the meshes that are missing, None if there are none.
 
     Args:
-        robot: in numbers.
-        model: of it, from `build_mjcf_model`.
         kind: what MuJoCo shows (VISUAL), or what can touch (COLLISION).
-        paths: where meshes are.
-        load: of a mesh file and its scale.
         links: names of the bodies whose shapes are wanted; None for all.
 
     Raises:
@@ -354,11 +350,6 @@ class MjcfSource(Source):
 
 def read_mjcf(tree: XmlTree, text: str, path: Path | None, dirs: tuple[str, ...]) -> MjcfSource:
     """Read a robot from an MJCF file.
-
-    Args:
-        tree, text: of the file.
-        path: of the file, None if only its text is known.
-        dirs: in which packages of meshes are looked for.
 
     Raises:
         RobotError: what the file describes is no robot.

@@ -70,13 +70,9 @@ def reduced(model: pin.Model, locked: list[int], q: Array) -> pin.Model:
 
 
 def inertia_fault(mass: float, inertia: Array) -> str:
-    """Return why no body has this mass and this inertia about its centre, or an empty string.
+    """Return why no body has a mass [kg] and an inertia (3, 3) about its centre [kg·m²], or "".
 
     A point mass (no inertia) and a frame (nothing at all) are limits of bodies, and pass.
-
-    Args:
-        mass: not negative [kg].
-        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
     """
     a, b, c = (float(moment) for moment in np.linalg.eigvalsh(inertia))
     slack = _POINT_MASS_GYRATION * mass + _MOMENT_ROUNDING * abs(c)
@@ -100,16 +96,11 @@ def inertia_fault(mass: float, inertia: Array) -> str:
 
 
 def rigid_body(mass: float, centre: Array, inertia: Array) -> pin.Inertia:
-    """Return a body; its inertia is taken as it is.
+    """Return a body of mass [kg], centre (3,) [m] and inertia (3, 3) [kg·m²] as they are.
 
     A rod's least moment is zero, and below zero by rounding where it is turned, added up or seen in
     a mirror: Pinocchio's constructor stops there. What no body can have is refused as it is read
     (`refuse_unsound`).
-
-    Args:
-        mass: [kg].
-        centre: of mass [m], shape (3,).
-        inertia: about that [kg·m²], shape (3, 3).
     """
     body = pin.Inertia.Zero()
     body.mass, body.lever, body.inertia = mass, centre, inertia
@@ -117,13 +108,9 @@ def rigid_body(mass: float, centre: Array, inertia: Array) -> pin.Inertia:
 
 
 def sound_inertia(mass: float, inertia: Array) -> Array:
-    """Return an inertia whose moments lie below zero by rounding only with these at zero.
+    """Return an inertia (3, 3) [kg·m²] of a mass [kg], moments below 0 by rounding raised.
 
     Pinocchio makes no body of the least negative moment. An inertia at fault is returned as it is.
-
-    Args:
-        mass: not negative [kg].
-        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
     """
     moments, axes = np.linalg.eigh(inertia)
     least = _LEAST_MOMENT_SHARE * float(moments[2])
@@ -138,7 +125,6 @@ def refuse_unsound(model: pin.Model, problems: Iterable[FileProblem]) -> None:
 
     Args:
         model: a free-flyer and the joints of the legs; all other joints are locked.
-        problems: that were found in its file.
 
     Raises:
         RobotError: naming the link if one is at fault, else the body or the joint.

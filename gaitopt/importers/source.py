@@ -132,7 +132,6 @@ class Source(ABC):
 
         Args:
             kind: what is drawn (VISUAL) or what touches (COLLISION).
-            links: names of the links whose geometry is wanted; None for all.
             load: reads the mesh files of a URDF; by default they are read once, whoever asks.
 
         Returns:

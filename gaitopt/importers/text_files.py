@@ -29,10 +29,8 @@ def read_text(
     """Return the text of a UTF-8 file, without a byte order mark.
 
     Args:
-        path: of the file.
         what: it is, for messages.
         advice: what to do where it is not there or empty, for messages.
-        kind: of the error.
         most: bytes that are read.
 
     Raises:
@@ -62,9 +60,6 @@ def parse_toml(
 
     Args:
         text: of a file, as text or as the bytes of UTF-8, with or without a byte order mark.
-        where: it comes from, for messages: a path, say.
-        advice: what to do about a damaged one, for messages.
-        kind: of the error.
 
     Raises:
         InputError: it is not TOML, or too large; of the class asked for.
@@ -88,12 +83,6 @@ def check_keys(
     kind: type[InputError] = InputError,
 ) -> None:
     """Check that a table has no other entries than those known.
-
-    Args:
-        where: it stands, for messages.
-        table: of values by name.
-        known: names that are allowed.
-        kind: of the error.
 
     Raises:
         InputError: it has; of the class asked for.

@@ -81,12 +81,7 @@ class Tie:
 
 
 def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
-    """Return what is wrong with a tie taken by itself, empty if nothing is.
-
-    Args:
-        tie: of a file.
-        joints: that the robot has and that move.
-    """
+    """Return what is wrong with a tie taken by itself, empty if nothing is."""
     if not all(map(math.isfinite, tie.coefficients)):
         return "its multiplier and offset must be finite numbers; correct them"
     if any(abs(c) > LARGEST for c in tie.bend):
@@ -112,9 +107,6 @@ def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
 
 def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
     """Return the ties of joints to those that follow no other.
-
-    Args:
-        ties: by the joint that follows, each sound by itself.
 
     Returns:
         The ties by joint; by joint what is wrong with those of a circle, or that lead into one.

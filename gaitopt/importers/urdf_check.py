@@ -98,10 +98,6 @@ def locked_mimics(
     """Return the problems of a robot with all joints that follow others and stand still in one.
 
     That a joint follows another is no problem where both move.
-
-    Args:
-        problems: that were found in its file.
-        moving: names of the joints that move.
     """
     problems = tuple(p for p in problems if p.kind != "tied" or p.name not in moving)
     others = [p for p in problems if p.kind in ("mimic", "tied") and p.name not in moving]
@@ -307,8 +303,6 @@ def urdf_findings(
     """Return what was found in a URDF beside what its model shows.
 
     Args:
-        robot: links and joints.
-        rotors: of its motors.
         measure: returns the diagonals of boxes about the shapes of a kind of some links [m].
     """
     return (*_rotors(rotors), *_soft_limits(robot), *_large_inertias(robot, measure))

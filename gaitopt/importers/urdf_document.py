@@ -254,10 +254,8 @@ def read_origin(
     """Read an `origin` element.
 
     Args:
-        owner: link or joint, for messages.
         origin: None stands for no displacement.
         what: it is the origin of, for messages.
-        version: of the URDF; quaternions count from 1.2 on.
 
     Raises:
         RobotError: a value is no number, or the orientation cannot be told.

@@ -473,15 +473,7 @@ def build_geometry(
     load: Loader,
     links: Collection[str] | None = None,
 ) -> tuple[pin.GeometryModel, list[MeshProblem]]:
-    """Return the geometry of a model, and the meshes that turned out to be unreadable.
-
-    Args:
-        model: from `model_of_urdf`.
-        shapes: of one kind.
-        paths: where meshes are; those with a problem there are left out without a word.
-        load: reads a mesh file at a scale.
-        links: names of the links whose shapes are wanted; None for all.
-    """
+    """Return the geometry of a model, and the meshes that turned out to be unreadable."""
     geometry, lost = pin.GeometryModel(), []
     frames = {f.name: i for i, f in enumerate(model.frames) if f.type == pin.FrameType.BODY}
     counts: Counter[str] = Counter()

@@ -164,11 +164,6 @@ class NamedElement:
     def number(self, child: Element | None, attribute: str, name: str, unit: str) -> float:
         """Return the finite number in an attribute of a child element.
 
-        Args:
-            child: the element, None if it is absent.
-            attribute: that holds the number.
-            name, unit: of the quantity, for messages.
-
         Raises:
             RobotError: the attribute is absent or not a finite number.
         """
@@ -188,13 +183,6 @@ class NamedElement:
         self, child: Element | None, attribute: str, name: str, count: int, default: str = ""
     ) -> tuple[float, ...]:
         """Return the finite numbers in an attribute, those of `default` if it is absent.
-
-        Args:
-            child: the element, None if it is absent.
-            attribute: that holds the numbers, with blanks between them.
-            name: of the quantity, for messages.
-            count: how many there must be.
-            default: numbers.
 
         Raises:
             RobotError: there are more or fewer, or one is not a finite number.

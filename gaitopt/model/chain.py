@@ -80,9 +80,6 @@ class RootedChain:
 def build_chain(reading: ImportedRobot) -> RootedChain:
     """Lock the upper body, make the robot its own mirror image, and root it at the stance sole.
 
-    Args:
-        reading: of the robot; joints beside the legs' that move are not locked.
-
     Raises:
         RobotError: with all that keeps the robot from being used: what the reading found, a joint
             or a body of the file that is unsound, a difference between the robot and its mirror
@@ -218,13 +215,7 @@ _GYRATION = (1e-3, 3.0)
 
 
 def size_doubts(chain: RootedChain, reach: float, sole: Sole, height: float) -> list[Finding]:
-    """Return what is larger or smaller than in any robot that walks.
-
-    Args:
-        chain: the robot.
-        reach: length of its legs from hip to ankle [m].
-        sole: of either foot.
-        height: of the ankles above the soles [m].
+    """Return what is odd, given reach of the legs and height of the ankles above the soles [m].
 
     Raises:
         RobotError: the sole is longer or wider than the legs.

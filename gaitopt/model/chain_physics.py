@@ -84,12 +84,9 @@ def chain_physics(
     """Return the physics of a chain, each joint and body given the mean of it and its partner.
 
     Args:
-        model: the chain, rooted at its stance sole.
-        tree: of its joints.
         mirror: the leg exchange E, shape (n, n).
         pelvis: placement of the pelvis frame at the neutral posture; its x-z plane is the mirror.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
-        physics: as the description and the user have it.
 
     Raises:
         RobotError: a number of it is not usable, or gravity is none or does not point down.
@@ -106,11 +103,7 @@ def chain_physics(
 
 
 def fall(physics: Physics, rotation: Array) -> float:
-    """Return the acceleration of free fall [m/s²].
-
-    Args:
-        physics: of the description.
-        rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
+    """Return the acceleration of free fall [m/s²] of a robot with axes `rotation`, shape (3, 3).
 
     Raises:
         RobotError: there is none, or it does not point along the robot's down.
@@ -136,12 +129,7 @@ def fall(physics: Physics, rotation: Array) -> float:
 
 
 def gravity_tilt(physics: Physics, rotation: Array) -> float:
-    """Return the angle between gravity and the robot's down [rad]; 0 where no gravity is given.
-
-    Args:
-        physics: of the description.
-        rotation: columns forward, left, up in the root link, shape (3, 3).
-    """
+    """Return the angle of gravity from the robot's down (axes (3, 3)) [rad]; 0 for none."""
     if physics.gravity is None:
         return 0.0
     forward, left, up = rotation.T @ np.array(physics.gravity)

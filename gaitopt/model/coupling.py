@@ -261,11 +261,7 @@ class Coupling:
         return CoupledMotion(Tangent(self, orders[1], orders[2]), free, orders)
 
     def constraints(self, free: Array) -> Array:
-        """Return C with C dq = 0 of all rates that the ties allow, a row for each, (n - m, n).
-
-        Args:
-            free: posture of the free joints, shape (m,).
-        """
+        """Return C (n - m, n) with C dq = 0 for all rates that the ties allow at z (m,)."""
         rows = np.setdiff1d(np.arange(len(self.names)), self.free)
         led = self.free[self.motor[rows]]
         each = np.arange(len(rows))
@@ -300,9 +296,7 @@ class Coupling:
 
         Args:
             free: angles, written to.
-            joint: one of all.
             angle: where it is put [rad]; where no posture does, as near as its range allows.
-            limits: of the free joints.
         """
         row = int(self.motor[joint])
         offset, slope, *bend = self.coefficients[joint]
@@ -455,9 +449,6 @@ class Coupling:
         One motor turns all joints of a tie. Where a file states its torque at a joint that follows
         at k times the rate, it is |k| times that at the joint which is followed, the least where k
         changes with the posture.
-
-        Args:
-            limits: of all joints.
         """
         torque = limits.torque
         if self.none:
@@ -498,7 +489,6 @@ def couple(names: Sequence[str], ties: Mapping[str, Tie], mirror: Array) -> Coup
     """Return the coupling of the joints of a chain.
 
     Args:
-        names: of the joints, each with the one that it follows.
         ties: by the joint that follows; joints beside the chain's do not count.
         mirror: the exchange of left and right, shape (n, n).
     """

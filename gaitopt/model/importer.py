@@ -56,7 +56,7 @@ from gaitopt.nlp import Array
 _LEAST_LISTED_EFFECT = 1e-5  # effect: differences that matter less are counted
 
 
-def leg_findings(
+def _leg_findings(
     model: pin.Model,
     q: Array,
     pair: LegPair,
@@ -64,16 +64,7 @@ def leg_findings(
     angles: dict[str, float],
     others: Pairs = (),
 ) -> list[Finding]:
-    """Return what was found about legs, heading and posture.
-
-    Args:
-        model: the whole robot.
-        q: its reference posture [rad], shape (nq,).
-        pair: the right and the left leg.
-        heading: where it looks.
-        angles: of the reference posture that were given [rad].
-        others: pairs of joints beside the legs' that move.
-    """
+    """Return what was found about legs, heading and posture."""
     findings = []
     names = [[str(model.names[j]) for j in leg] for leg in pair.legs]
     for side, own in zip(SIDES, names, strict=True):
@@ -296,7 +287,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     )
     counted = _counted(source.physics, choices, heading.rotation)
     findings = (
-        *leg_findings(model, posed.q, pair, heading, angles, others),
+        *_leg_findings(model, posed.q, pair, heading, angles, others),
         *tied,
         *_missing(straight, pair.legs[side], heading.rotation),
         *tilted,
@@ -351,12 +342,6 @@ def _moving_ties(
     locked: Mapping[str, str],
 ) -> tuple[dict[str, Tie], list[Finding]]:
     """Return the ties of joints that move, and what is to be said of ties.
-
-    Args:
-        ties: of the file.
-        names: of the joints that move.
-        apart: joints that a posture puts where they cannot be, in words.
-        locked: joints that follow one that moves, but are locked, and why.
 
     Raises:
         RobotError: one of these moves.
@@ -425,8 +410,6 @@ def _faces(
     """Return the soles that the shapes of the feet show, None for feet without shapes.
 
     Args:
-        stance: the robot at its reference posture.
-        shapes: of its feet.
         told: whether the user says how large the soles are and where: they need not be found.
     """
 

@@ -159,7 +159,6 @@ def joint_tree(model: pin.Model, pelvis: int, swing_foot: int) -> JointTree:
     """Return the tree of a model that is rooted at the stance sole.
 
     Args:
-        model: free-flyer at the stance sole, then one-axis joints.
         pelvis, swing_foot: Pinocchio's indices of the joints that carry these bodies.
 
     Raises:

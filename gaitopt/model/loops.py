@@ -72,12 +72,8 @@ def leg_loops(
     """Return which motors turn joints of the legs through loops of bodies.
 
     Args:
-        model: of the whole robot.
         q: posture near which the loops are closed [rad], shape (nq,).
-        loops: in frames of the model.
         motors: names of the joints in them that motors turn.
-        legs: the right and the left one, from the hip on.
-        problems: of the file, with the lines of the loops.
 
     Raises:
         RobotError: a loop in a leg cannot be reduced to motors, one for each joint.
@@ -263,12 +259,7 @@ class _Mechanism:
         return [c for joint in at for c in range(joint.idx_v, joint.idx_v + joint.nv)]
 
     def refusal(self, why: str, instead: str = "") -> RobotError:
-        """Return the error that says why the loops cannot be reduced, and what can be done.
-
-        Args:
-            why: a sentence without its end.
-            instead: what can be done so that they can be reduced, if anything.
-        """
+        """Return the error that says why the loops cannot be reduced, and what can be done."""
         name = self.name(self.joints[0])
         words = f"joint '{name}': it is in a loop of bodies"
         return RobotError(
@@ -280,9 +271,6 @@ class _Mechanism:
 
     def check(self, other: Sequence[int]) -> None:
         """Find the rates of the motors.
-
-        Args:
-            other: the joints of the other leg.
 
         Raises:
             RobotError: the motors are not one for each joint, or cannot hold the joints.

@@ -138,10 +138,7 @@ class Multibody:
         return np.asarray(order[np.searchsorted(self.moving, self.tied_to, sorter=order)])
 
     def followers(self, angles: Array) -> tuple[Array, Array, Array]:
-        """Return coordinates of tied joints, and these differentiated once and twice.
-
-        Args:
-            angles: of the joints that they follow [rad], shape (..., t).
+        """Return tied joints and their two derivatives, from angles followed (..., t) [rad].
 
         Returns:
             Each of shape (..., t).
@@ -156,11 +153,7 @@ class Multibody:
         return value, slope, second
 
     def coupling(self, angles: Array) -> Array:
-        """Return rates of the joints of `driven` per rate of those of `moving`, (n + t, n).
-
-        Args:
-            angles: of the joints of `moving` [rad], shape (n,).
-        """
+        """Return rates of `driven` per rate of `moving` at angles (n,) [rad], (n + t, n)."""
         return self._coupling_at(angles) if self.bends else self._constant_coupling
 
     @cached_property
@@ -188,8 +181,7 @@ class Multibody:
         """Return torques (..., M) of joints as those of motors, which tied joints do not have.
 
         Args:
-            torque: of all joints [N·m], shape (..., M).
-            angles: of all joints [rad], shape (..., M).
+            torque, angles: of all joints [N·m, rad], shape (..., M) each.
         """
         found = torque.copy()
         _, slope, _ = self.followers(angles[..., self.tied_to])
@@ -238,11 +230,7 @@ class Multibody:
         return model
 
     def placements(self, configurations: Array) -> Array:
-        """Return where the bodies are, the base first, shape (N, M + 1, 4, 4).
-
-        Args:
-            configurations: of `model`, shape (N, 7 + M).
-        """
+        """Return bodies' places at configurations (N, 7 + M), the base first, (N, M + 1, 4, 4)."""
         model, data = self.model, self.model.createData()
         places = np.empty((len(configurations), len(self.joint_names) + 1, 4, 4))
         for own, q in zip(places, configurations, strict=True):
@@ -252,11 +240,7 @@ class Multibody:
         return places
 
     def leg(self, foot: int) -> tuple[int, ...]:
-        """Return the joints of a foot's own leg that move, from the sole up to the hip.
-
-        Args:
-            foot: index into `sole_names`.
-        """
+        """Return the joints of a foot's own leg that move, from the sole up to the hip."""
         own, other = (self._above(joint) for joint in self.sole_joint[[foot, 1 - foot]])
         moving = set(self.driven.tolist())
         return tuple(row for row in own if row not in other and row in moving)
@@ -295,9 +279,6 @@ def multibody(
         model: every joint of the file.
         posture: its reference posture, in which joints that do not move are locked, shape (nq,).
         chain: the same robot made symmetric; see `build_chain`.
-        coupling: of the joints of the chain.
-        sole_names: names of the stance and the swing sole frame.
-        sole: rectangle of either sole.
     """
     even = chain.symmetry.model
     free = [j for j in range(2, model.njoints) if model.joints[j].nv != 1]
@@ -449,12 +430,6 @@ def _placements(
     whole: pin.Model, even: pin.Model, q: Array, moves: set[str]
 ) -> tuple[Array, list[tuple[int, pin.SE3]]]:
     """Return the joints' placements, and for each body the one of `even` it belongs to.
-
-    Args:
-        whole: every joint of the file.
-        even: the symmetric robot with the moving joints alone.
-        q: reference posture of `whole`.
-        moves: names of the moving joints.
 
     Returns:
         Placements in the parent's body (M, 4, 4); for each body of `whole`, from the base on, the

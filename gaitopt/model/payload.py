@@ -22,11 +22,6 @@ def add_payloads(
 ) -> tuple[tuple[Payload, ...], list[Finding]]:
     """Fix loads to the links of a model, in place.
 
-    Args:
-        model: the whole robot; its bodies get heavier.
-        payloads: what to carry.
-        legs: joint ids of both legs from hip to ankle.
-
     Returns:
         The loads with names of links of the file and with their places; what is said of them.
 

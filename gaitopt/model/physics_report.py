@@ -52,9 +52,6 @@ def physics_findings(
     Args:
         described: as the description has it.
         counted: what is left of it after the user's choice.
-        chain: what became of that.
-        joints: names of the joints that move.
-        rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
         limits: largest torques of the joints, shape (n,) [N·m].
         chosen: acceleration of free fall that the user gave [m/s²].
     """
@@ -88,8 +85,6 @@ def armature_findings(
     Args:
         before: as the description has it.
         model: after the user's choices.
-        legs: joints of the legs.
-        choices: of the user.
         generated: whether gaitopt made the description, whose motors have no rotors on purpose.
     """
     rows = [model.joints[j].idx_v for leg in legs for j in leg]
@@ -116,13 +111,7 @@ def armature_findings(
 
 
 def loop_findings(model: pin.Model, names: Sequence[str], counted: Physics) -> list[Finding]:
-    """Warn of friction, damping and springs of cranks and rods, which a walk leaves out.
-
-    Args:
-        model: of the robot.
-        names: of the joints of cranks and rods in closed loops.
-        counted: physics that is left after the user's choice.
-    """
+    """Warn of friction, damping and springs of cranks and rods, which a walk leaves out."""
     findings = []
     for slides in (False, True):
         own = tuple(n for n in names if joint_slides(model.joints[model.getJointId(n)]) == slides)

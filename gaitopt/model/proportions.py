@@ -46,11 +46,8 @@ def proportioned(
     """Return a copy of a model with parts changed, and what was changed; soles come afterwards.
 
     Args:
-        straight: the model with all leg angles 0.
-        legs: joints of the right and of the left leg from hip to ankle.
         moving: joints that move; bodies that others join are one part.
-        rotation: columns forward, left, up in the root link, shape (3, 3).
-        changes: of the parts.
+        rotation: as of `Heading`.
 
     Raises:
         RobotError: next to nothing would be left of a part.
@@ -81,12 +78,7 @@ def change_feet(
     """Change the feet of a model; return their soles, and what was changed.
 
     Args:
-        straight: the model with all leg angles 0; that of it is changed.
-        legs: joints of the right and of the left leg from hip to ankle.
-        moving: joints that move.
-        soles: of the file.
         ankle: height above them [m].
-        changes: of the parts; those of others than feet are left out.
 
     Raises:
         RobotError: next to nothing would be left of a foot.

@@ -33,9 +33,6 @@ def lock_upper_body(
     """Keep the free-flyer, the joints that move one sole but not the other, and `moving`.
 
     Args:
-        model: pelvis-rooted model with a free-flyer.
-        stance_sole: name of the sole frame of the standing foot.
-        swing_sole: name of the sole frame of the other foot.
         posture: configuration (nq,) in which the other joints are locked; neutral by default.
         moving: names of further joints to keep (waist, arms, head).
 
@@ -64,10 +61,6 @@ def lock_upper_body(
 
 def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
     """Return the same robot as a tree rooted at the stance sole.
-
-    Args:
-        model: free-flyer and one-axis joints (see `lock_upper_body`).
-        stance_sole, swing_sole: names of the sole frames.
 
     Returns:
         A model whose joint 1 is a free-flyer at the stance sole (held still while the foot

@@ -120,10 +120,6 @@ class Robot:
     def from_reading(cls, source: Source, reading: ImportedRobot) -> Robot:
         """Return the biped of a reading.
 
-        Args:
-            source: the description of the robot.
-            reading: of that description.
-
         Raises:
             RobotError: a body of the file is unsound, the robot is not its own mirror image, or
                 its sole is larger than its legs.

@@ -71,9 +71,6 @@ def sole_edge_speeds(corners: Array) -> Array:
 
     The twist is (linear velocity of the sole origin, angular velocity) in the sole frame of a flat
     foot; a corner (x, y) rises at v_z + w_x y - w_y x.
-
-    Args:
-        corners: in the sole frame [m], shape (k, 3).
     """
     zero, one = np.zeros(len(corners)), np.ones(len(corners))
     return np.stack([zero, zero, one, corners[:, 1], -corners[:, 0], zero], axis=1)
@@ -106,9 +103,6 @@ def turning_arm(length: float, width: float) -> float:
     A sole that presses evenly resists being turned about its centre by friction * load * this arm
     (Goyal, Ruina & Papadopoulos, Planar sliding with dry friction, Wear 143, 1991): every bit of it
     slides across its own distance from the centre.
-
-    Args:
-        length, width: of the sole [m].
     """
     ahead = length**2 / width * np.arcsinh(width / length)
     aside = width**2 / length * np.arcsinh(length / width)

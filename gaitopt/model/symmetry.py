@@ -34,7 +34,6 @@ def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
     """Return a point on and the direction of all joint axes at the neutral posture.
 
     Args:
-        model: re-rooted model (free-flyer and n joints).
         pelvis: placement of the pelvis in the world at the neutral posture.
 
     Returns:
@@ -293,11 +292,7 @@ class WalkProbe:
         return Effect(float(change.max()), float(max(apart.max(), angle.max())))
 
     def measure(self, model: pin.Model) -> FootDynamics:
-        """Return mass matrices and placements of a robot in all postures.
-
-        Args:
-            model: free-flyer and n joints, rooted at the pelvis, with both sole frames.
-        """
+        """Return mass matrices and placements of a robot in all postures."""
         data, nv = model.createData(), model.nv
         frames = [model.getFrameId(name) for name in self.soles]
         count = len(self.postures)
@@ -319,13 +314,7 @@ class WalkProbe:
 
 
 def walk_probe(model: pin.Model, sides: Sides, length: float) -> WalkProbe:
-    """Return the postures in which variants of a robot are compared: straight, and at random.
-
-    Args:
-        model: free-flyer and n joints, rooted at the pelvis.
-        sides: its pairs.
-        length: of the leg [m].
-    """
+    """Return the postures in which variants of a robot are compared: straight, and at random."""
     low, high = (
         np.clip(np.array(b)[7:], -_WIDEST, _WIDEST)
         for b in (model.lowerPositionLimit, model.upperPositionLimit)
@@ -353,7 +342,6 @@ def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
 
     Args:
         model: free-flyer and the moving joints, rooted at the pelvis.
-        sides: its legs and other pairs.
         length: of the leg [m].
     """
     whole = model.copy()
@@ -406,13 +394,7 @@ def _restored(
 def asymmetry_faults(
     done: Symmetrised, allowed: float, drawn_unequally: Sequence[str] = ()
 ) -> list[str]:
-    """Return what is wrong with a robot that differs too much from its mirror image, if it does.
-
-    Args:
-        done: of the robot.
-        allowed: largest effect that averaging may have, `ImportOptions.asymmetry`.
-        drawn_unequally: joints whose `ref` is not the mirror image of their partner's, in words.
-    """
+    """Return what is wrong with a robot that differs too much from its mirror image, if it does."""
     size = done.effect.size
     if size <= allowed:
         return []
@@ -473,7 +455,6 @@ def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
     Args:
         model: free-flyer and the moving joints, rooted at the pelvis. Joint placements and sole
             frames are changed where they have to be.
-        sides: its legs and other pairs.
 
     Returns:
         The pairs of joints, and the soles.
@@ -511,8 +492,6 @@ def onto_line(placement: pin.SE3, axis: Array, point: Array, goal: Array) -> pin
     """Return the placement turned and shifted as little as puts its axis on a line.
 
     Args:
-        placement: of a joint.
-        axis: its axis in the same frame, shape (3,).
         point, goal: a point on and the direction of the line, shape (3,) each.
     """
     goal = goal if goal @ axis >= 0.0 else -goal

@@ -79,8 +79,6 @@ def placed_shapes(
     """Return the shapes of some links; missing meshes and shapes without points have none.
 
     Args:
-        source: the robot's description.
-        kind: what is drawn (VISUAL) or what touches (COLLISION).
         links: by name, their placements in the frames in which the points are wanted.
         around: see `points_of`.
 
@@ -102,7 +100,6 @@ def points_of(shape: coal.CollisionGeometry, *, around: bool) -> Points | None:
     """Return points of a shape in its own frame; None of planes and other shapes without end.
 
     Args:
-        shape: any.
         around: whether the points' hull contains what is round; else the points lie on it.
     """
     if isinstance(shape, coal.Box):
@@ -190,9 +187,7 @@ def foot_points(source: Source, model: pin.Model, foot_joint: int) -> FootShape 
     """Return the shape of all links that the last joint of a leg carries.
 
     Args:
-        source: the robot's description.
         model: its model, or one made from it by locking joints; links keep their names.
-        foot_joint: id of the joint in `model`.
 
     Returns:
         The collision geometry, where there is none what is drawn, None where there is neither.

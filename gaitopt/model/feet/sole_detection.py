@@ -96,10 +96,7 @@ class Rectangle:
     others: tuple[tuple[str, Rectangle], ...] = ()
 
     def seen_from(self, origin: Array) -> tuple[Sole, tuple[str, ...]]:
-        """Return the sole in a frame with its origin there, as wide to the left as to the right.
-
-        Args:
-            origin: of the right sole frame in the pelvis frame [m], shape (3,).
+        """Return the sole seen from there [m], shape (3,), as wide to the left as to the right.
 
         Returns:
             The sole, and a warning if that took something away.
@@ -130,11 +127,9 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array, leg: float = REACH
     and y.
 
     Args:
-        shape: of the foot.
         upright: columns forward, left and up of the standing foot in the frame of its joint,
             shape (3, 3).
         ankle: centre of the ankle in that frame [m], shape (3,).
-        leg: length of the leg from hip to ankle [m].
 
     Raises:
         RobotError: the flat part is smaller than 5 cm² below a leg of 0.6 m, or as much of another:
@@ -371,7 +366,6 @@ def levelled(place: pin.SE3, pivot: Array, turn: Array) -> pin.SE3:
     """Return a placement turned about a point.
 
     Args:
-        place: in some frame.
         pivot: the point, in that frame [m], shape (3,).
         turn: rotation, shape (3, 3).
     """
@@ -408,10 +402,9 @@ def _leaning(shape: FootShape, points: Array) -> str:
 
 
 def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) -> Edges:
-    """Return the largest rectangle along the axes in the convex hull of points in a plane.
+    """Return the largest rectangle along the axes in the convex hull of points (n, 2).
 
     Args:
-        points: shape (n, 2).
         least: extent along x and y that it must have [m].
 
     Returns:
@@ -429,13 +422,10 @@ def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) ->
 
 
 def convex_polygon(points: Array) -> Array:
-    """Return the corners of the convex hull of points in a plane, counterclockwise.
+    """Return the corners of the convex hull of points (n, 2) of a plane, counterclockwise.
 
     Andrew, "Another efficient algorithm for convex hulls in two dimensions", Information
     Processing Letters 9 (1979).
-
-    Args:
-        points: shape (n, 2).
 
     Returns:
         Shape (m, 2); two corners or one where all points lie on one line.
@@ -481,7 +471,6 @@ def _largest_inside(hull: Array, least: tuple[float, float]) -> Edges:
 
     Args:
         hull: corners of the polygon, counterclockwise, shape (m, 2).
-        least: extent along x and y that it must have [m].
     """
     import quadprog  # few robots ask for it
 

@@ -75,10 +75,8 @@ def choose_soles(
     """Return the sole frames and their rectangle.
 
     Args:
-        stance: the robot at its reference posture.
         found: lower faces of the feet, None where the feet have no shape.
         names: frames of the right and of the left sole as the user named them.
-        choices: of the user.
         lost: shapes and meshes that cannot be used, to be told if they are missed.
 
     Raises:
@@ -242,15 +240,7 @@ def _origin(stance: Stance, face: Rectangle | None, drop: float | None) -> Array
 def _found_rectangle(
     stance: Stance, here: pin.SE3, where: str, face: Rectangle, how: How
 ) -> tuple[Sole, list[Finding]]:
-    """Return the rectangle of the shapes in a sole frame, and what is said of it.
-
-    Args:
-        stance: the robot at its reference posture.
-        here: the right sole frame in the pelvis frame.
-        where: it is, in words.
-        face: the rectangle in the pelvis frame.
-        how: sure it is.
-    """
+    """Return the rectangle of the shapes in a sole frame, and what is said of it."""
     sole, cut = face.seen_from(here.translation)
     drop = float(stance.ankles[0, 2] - here.translation[2])
     text = f"{_described(sole)}, {drop * 1e3:.1f} mm below the ankle; found: {face.how}; in {where}"
@@ -304,12 +294,7 @@ def _drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) ->
 
 
 def _unseen_sole(lost: Sequence[FileProblem | MeshProblem], frame: str | None) -> RobotError:
-    """Return the error that the feet have no shape, to be raised.
-
-    Args:
-        lost: shapes and meshes of the robot that cannot be used.
-        frame: of the right sole, None where the file has no sole frames either.
-    """
+    """Return the error that the feet have no shape, to be raised."""
     shows = "no collision box or visual shape of the feet shows their soles"
     where = ", and the file has no sole frames" if frame is None else f" (frame '{frame}')"
     drop = _DROP if frame is None else ""

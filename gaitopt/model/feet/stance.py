@@ -111,14 +111,7 @@ def flat_stance(
     """Return the robot with flat feet in its own axes, their origin between the hips.
 
     Poses in files are rounded and not quite symmetric; with all leg angles 0 the feet are exact.
-    So that posture counts where the feet are as flat in it.
-
-    Args:
-        posed: the robot in its reference posture.
-        straight: the robot with all leg angles 0.
-        legs: the right and the left one.
-        rotation: columns forward, left, up in the root link, shape (3, 3).
-        shapes: of the right and of the left foot.
+    So that posture counts where the feet are as flat in it. Axes are those of `Heading`.
 
     Raises:
         RobotError: the reference posture tilts a foot so far that its sole cannot be told any more.
@@ -170,10 +163,7 @@ def level_feet(
     """Turn the feet about their ankles until their soles are level, where they are not.
 
     Args:
-        stance: the robot as its reference posture has it.
-        shapes: of the right and of the left foot.
         names: of the sole frames that the user named; their axes count, whatever the shape.
-        rotation: columns forward, left, up of the robot in its root link, shape (3, 3).
 
     Returns:
         The robot with flat feet, and what had to be turned.
@@ -224,8 +214,6 @@ def standing_legs(source: Source, posed: PosedModel, choices: ImportOptions) -> 
     that plane leans, up is square to both soles where they agree, else it lies in the plane.
 
     Args:
-        source: of the robot.
-        posed: the robot in its reference posture.
         choices: of the user; a given `up` counts as it is.
 
     Raises:

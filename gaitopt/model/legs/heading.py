@@ -60,8 +60,6 @@ def leg_lines(posed: PosedModel, leg: Sequence[int], foot: Array | None = None) 
     """Return the joint lines of a leg in the root link.
 
     Args:
-        posed: the robot.
-        leg: joints from hip to ankle.
         foot: points of its foot in the frame of its last joint [m], shape (n, 3), if known.
     """
     model, rows = posed.model, [posed.model.joints[joint].idx_q for joint in leg]
@@ -103,9 +101,7 @@ def find_heading(legs: tuple[LegLines, LegLines], up: Array, forward: Axis | Non
     contradict each other, the one counts that has the root's x axis forward, as is usual.
 
     Args:
-        legs: in any order.
         up: upward axis in the root link, shape (3,).
-        forward: as the user gave it, else None.
 
     Raises:
         RobotError: front and back cannot be told apart, or the given axis is not level.

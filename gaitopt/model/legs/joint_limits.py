@@ -75,9 +75,7 @@ def joint_limits(
     """Read the limits of the joints that move.
 
     Args:
-        model: of the robot.
         joints: the moving ones, those of the stance leg first, shape (n,).
-        mirror: the exchange E of left and right, shape (n, n).
         unequal: what to do where the sides differ, one of `choices.UNEQUAL`.
         right: which joints are on the right side, shape (n,); asked for "right" and "left".
         complete: gives torques (n,) to joints without any, which others have that lead them.
@@ -289,14 +287,7 @@ def _kept_range(
 
 
 def _difference_fault(differ: list[str], broken: list[str], shared: bool, legs: str) -> str:
-    """Return what is wrong with limits that differ, all joints in one sentence.
-
-    Args:
-        differ: what differs too much.
-        broken: what cannot be meant.
-        shared: whether all ranges have something in common.
-        legs: what they are of: "legs", or "sides" where arms move too.
-    """
+    """Return what is wrong with limits that differ, all joints in one sentence."""
     if broken:
         others = f"; besides, these differ: {'; '.join(differ)}" if differ else ""
         last = ' ("tighter" leaves only what both have in common)' if shared else ""

@@ -112,7 +112,6 @@ def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None)
     Chains whose joints are named as those of arms count only where there are no others.
 
     Args:
-        posed: the robot in its reference posture.
         feet: joints that carry the feet, if the user named them.
         up: upward axis in the root link if the user named it, shape (3,).
 
@@ -228,9 +227,6 @@ def speaks_for_other_side(right: Sequence[str], left: Sequence[str]) -> bool:
 
     What tells is where the names of two partners differ: `LR_HR` and `LL_HR` are the right and the
     left leg of a robot that begins its legs with L.
-
-    Args:
-        right, left: names of the joints from hip to ankle.
     """
     initials = []
     for pair in zip(right, left, strict=True):
@@ -243,10 +239,6 @@ def mirror_normal(posed: PosedModel, legs: Sequence[Sequence[int]]) -> Array | N
     """Return the normal (3,) of the plane between two chains, from the second side to the first.
 
     None if there is no such plane: mirrored joints lie on parallel lines, halved by one plane.
-
-    Args:
-        posed: the robot.
-        legs: joint ids, as many in each of the two.
     """
     first, other = (posed.points[list(leg)] for leg in legs)
     gaps = first - other
@@ -259,12 +251,7 @@ def mirror_normal(posed: PosedModel, legs: Sequence[Sequence[int]]) -> Array | N
 
 
 def axes_apart(first: Array, other: Array, normal: Array) -> float:
-    """Return how far the axes of two legs are from mirror images in a plane, on average [rad].
-
-    Args:
-        first, other: of the joints, from hip to ankle, shape (n, 3) each; either sense.
-        normal: of the plane, shape (3,).
-    """
+    """Return how far axes (n, 3) of two legs are from mirror images, on average [rad]."""
     image = first - 2.0 * np.outer(first @ normal, normal)
     cosine = np.abs((image * other).sum(axis=1))
     return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
@@ -297,12 +284,7 @@ def unequal_pair(posed: PosedModel) -> UnequalPair | None:
 
 
 def _leg_like(posed: PosedModel, but: Collection[int] = ()) -> list[tuple[list[int], list[int]]]:
-    """Return pairs of driven revolute chains of one length that legs have, the most usual length.
-
-    Args:
-        posed: the robot.
-        but: ends of chains that are left out.
-    """
+    """Return pairs of driven revolute chains as long as legs are, the most usual length alone."""
     found: dict[int, list[tuple[list[int], list[int]]]] = {}
     for pair in combinations([j for j in posed.leaves if j not in but], 2):
         first, other = own_chains(posed.model, pair)
@@ -440,11 +422,6 @@ def _is_toe(posed: PosedModel, leg: list[int], up: Array) -> bool:
     a level distance, rather than below it as the ankle passes the knee. In a leg that has six
     joints without it the distance may slope, if it is short as a foot is; in one that has four
     without it, it must be so short.
-
-    Args:
-        posed: the robot.
-        leg: joints from hip to the end.
-        up: upward direction in the root link, shape (3,).
     """
     axis = posed.axes[leg[-1]]
     span = float(np.linalg.norm(posed.points[leg[-1]] - posed.points[leg[0]]))
@@ -483,7 +460,7 @@ def _check_leg(posed: PosedModel, leg: list[int], toes: list[int], up: Array) ->
         if kind != "revolute":
             name = posed.model.names[joint]
             raise RobotError(f"joint '{name}' is {kind}; gaitopt needs {_LEGS}")
-    if len(leg) != LEG_LENGTHS[0] and (missing := essential_joints_missing(posed, leg, up)):
+    if len(leg) != LEG_LENGTHS[0] and (missing := _essential_joints_missing(posed, leg, up)):
         names = ", ".join(str(posed.model.names[j]) for j in leg)
         lacks = " and ".join(_MISSING.get(name, f"no {name} joint") for name in missing)
         raise RobotError(
@@ -492,14 +469,8 @@ def _check_leg(posed: PosedModel, leg: list[int], toes: list[int], up: Array) ->
         )
 
 
-def essential_joints_missing(posed: PosedModel, leg: Sequence[int], up: Array) -> list[str]:
-    """Return which joints a chain lacks to put a foot flat at a step, sideways along its knee.
-
-    Args:
-        posed: the robot.
-        leg: joint ids from hip to ankle.
-        up: unit vector in the root link, shape (3,).
-    """
+def _essential_joints_missing(posed: PosedModel, leg: Sequence[int], up: Array) -> list[str]:
+    """Return which joints a chain lacks to put a foot flat at a step, sideways along its knee."""
     points, axes = posed.points[list(leg)], posed.axes[list(leg)]
     knee = axes[len(hip_and_ankle(points, axes)[0])]
     side = unit(_across(knee, up))
@@ -539,13 +510,7 @@ def _no_pair(posed: PosedModel) -> RobotError:
 
 
 def _no_legs(posed: PosedModel, ends: tuple[int, int], fault: RobotError) -> RobotError:
-    """Return the error for a robot whose lowest pair of chains cannot be its legs.
-
-    Args:
-        posed: the robot.
-        ends: of the chains.
-        fault: what is wrong with them as legs.
-    """
+    """Return the error for a robot whose lowest pair of chains cannot be its legs."""
     names = _quoted(posed, ends)
     if fingers := _as_fingers(posed, ends):
         return _unequal(posed) or RobotError(
@@ -567,13 +532,7 @@ def _as_fingers(posed: PosedModel, ends: tuple[int, int]) -> str:
 
 
 def _many_legs(posed: PosedModel, ends: tuple[int, int], up: Array) -> RobotError | None:
-    """Return the error for a robot that stands on more than two chains of joints, if it does.
-
-    Args:
-        posed: the robot.
-        ends: of the two chains that would be its legs.
-        up: upward axis in the root link, shape (3,).
-    """
+    """Return the error for a robot that stands on more than two chains of joints, if it does."""
     heights = posed.points @ up
     ground = min(heights[j] for j in ends) + _SAME_HEIGHT * posed.size
     low = [j for j in _without_arms(posed) if heights[j] < ground]

@@ -130,11 +130,7 @@ class Knee:
     side: Array
 
     def range_side(self, lower: float, upper: float) -> float:
-        """Return +1 or -1 for the side to which the knee's range lies, 0 if it does not tell.
-
-        Args:
-            lower, upper: of its range [rad].
-        """
+        """Return +1 or -1 for the side to which a range [rad] lies, 0 if it does not tell."""
         if not (np.isfinite(lower) and np.isfinite(upper)):
             return 0.0
         middle = (lower + upper) / 2.0 - self.straight
@@ -142,22 +138,15 @@ class Knee:
 
 
 def leg_rows(count: int) -> tuple[list[int], list[int]]:
-    """Return the rows of stance and swing leg in the joint vector, from hip to ankle.
-
-    Args:
-        count: joints of a leg.
-    """
+    """Return the rows of stance and swing leg in the joint vector, from hip to ankle."""
     return list(range(count))[::-1], list(range(count, 2 * count))
 
 
 def hip_and_ankle(points: Array, axes: Array) -> tuple[list[int], list[int]]:
-    """Return the rows of the hip's and of the ankle's joints of a leg; the knee is between them.
+    """Return the rows of the hip's and of the ankle's joints of a leg, given its lines (n, 3).
 
     Where more than one joint may be the knee it is the one that changes the distance between the
     two most.
-
-    Args:
-        points, axes: of the joint lines from hip to ankle, shape (n, 3) each.
     """
     count = len(points)
     spare = max(count - _HIP - _ANKLE - 1, 0)
@@ -177,8 +166,6 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
     """Measure the legs of a re-rooted model.
 
     Args:
-        lines: its joint lines.
-        soles: names of the stance and the swing sole frame.
         limits: of the joints; a knee bends towards the larger part of its range, and backwards if
             that does not tell.
     """
@@ -227,11 +214,7 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
 
 
 def missing_joints(points: Array, axes: Array) -> list[str]:
-    """Return which joints a leg lacks, as "hip yaw"; a leg of six has all.
-
-    Args:
-        points, axes: of its joint lines from hip to ankle in the robot's axes, shape (n, 3) each.
-    """
+    """Return which joints a leg lacks, as "hip yaw", given its lines (n, 3) in the robot's axes."""
     hip, ankle = hip_and_ankle(points, axes)
     knee, (first, last) = len(hip), (common_point(points[r], axes[r]) for r in (hip, ankle))
     bend = abs(_swing(points[knee], axes[knee], first, last)[1])
@@ -249,13 +232,7 @@ def missing_joints(points: Array, axes: Array) -> list[str]:
 
 
 def knee_doubts(legs: Legs, limits: JointLimits, names: tuple[str, ...]) -> list[Finding]:
-    """Return which knees never get straight, as their ranges have it.
-
-    Args:
-        legs: of the robot.
-        limits: of its joints.
-        names: of the joints.
-    """
+    """Return which knees never get straight, as their ranges have it."""
     findings = []
     for row, straight in zip(legs.knees, legs.straight, strict=True):
         lower, upper = float(limits.lower[row]), float(limits.upper[row])
@@ -328,14 +305,10 @@ def common_point(points: Array, axes: Array) -> Array:
 
 
 def centre(points: Array, axes: Array, rows: Sequence[int]) -> Array:
-    """Return the centre of a hip or an ankle, shape (3,).
+    """Return the centre of a hip or an ankle, shape (3,), given all lines of the leg.
 
     Where its axes do not meet, it is the point of the pitch axis nearest to all of them: legs swing
     about that axis most, and do not change their length by it.
-
-    Args:
-        points, axes: joint lines in the pelvis frame, shape (n, 3) each.
-        rows: of the joints.
     """
     points, axes = points[list(rows)], axes[list(rows)]
     middle = common_point(points, axes)

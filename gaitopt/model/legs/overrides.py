@@ -38,7 +38,6 @@ def override(
     """Return a copy of the model with the limits replaced, and what was replaced.
 
     Args:
-        model: free-flyer and joints.
         overrides: the later one counts where two match.
 
     Raises:
@@ -127,7 +126,6 @@ def override_bodies(
 
     Args:
         model: free-flyer and joints; its frames know the bodies of their links.
-        overrides: the later one counts where two match.
 
     Raises:
         RobotError: a pattern matches no link, or leaves a body that cannot be.

@@ -37,8 +37,6 @@ def reference_angles(choices: ImportOptions, model: pin.Model, folder: Path) -> 
         choices: names the pose, or gives the angles. A pose of the SRDF may name joints that the
             robot does not have: one file often serves several variants. A name without an SRDF, or
             after "keyframe:", is that of a keyframe of the robot's file.
-        model: of the robot, its keyframes as reference configurations.
-        folder: of the URDF, where the SRDF is looked up too.
 
     Raises:
         RobotError: the SRDF cannot be read or is given for nothing, there is no such pose, or an
@@ -104,14 +102,7 @@ def _angles_of(model: pin.Model, q: Array) -> Angles:
 def posture_doubts(
     model: pin.Model, q: Array, moved: Sequence[Sequence[int]], choices: ImportOptions
 ) -> list[Finding]:
-    """Return which joints stand outside their ranges in the reference posture.
-
-    Args:
-        model: of the robot.
-        q: its reference posture [rad], shape (nq,).
-        moved: joints that move, which keep their ranges in a walk however they stand there.
-        choices: with the angles that were given.
-    """
+    """Return which joints stand outside their ranges in the reference posture (nq,) [rad]."""
     given = dict(choices.posture) if isinstance(choices.posture, tuple) else {}
     moving = {j for joints in moved for j in joints}
     findings = []
@@ -171,9 +162,7 @@ def with_ties(
     """Return a configuration with the joints that follow others where those put them.
 
     Args:
-        model: of the robot.
         q: its configuration [rad], shape (nq,).
-        ties: by the joint that follows.
         given: joints that a person, or the file, put where they are; these stay there.
 
     Returns:

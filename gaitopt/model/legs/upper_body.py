@@ -11,7 +11,6 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.ties import Tie, tied_to
 from gaitopt.model.import_options import matching
@@ -36,27 +35,11 @@ _APART = 0.05  # m below legs of 0.6 m, and sine of the angle: lines of a nearly
 Pairs = tuple[tuple[int, int], ...]
 
 
-@dataclass(frozen=True)
-class UpperBody:
-    """Joints of a humanoid beside its legs.
+def _groups(posed: PosedModel, legs: LegJoints, rotation: Array) -> dict[str, list[int]]:
+    """Return the joints of arms and of the waist, from the pelvis on.
 
-    Attributes:
-        arms: joints of the right and of the left arm, from the trunk outwards up to the first fork
-            (the hand); none where no two branches of the trunk mirror each other.
-        waist: joints between pelvis and trunk, from the pelvis on.
-    """
-
-    arms: tuple[tuple[int, ...], tuple[int, ...]]
-    waist: tuple[int, ...]
-
-
-def find_upper_body(posed: PosedModel, legs: LegJoints, rotation: Array) -> UpperBody:
-    """Return arms and waist; the arms are the longest mirrored pair of branches beside the legs.
-
-    Args:
-        posed: the robot.
-        legs: the right and the left one.
-        rotation: columns forward, left, up in the root link, shape (3, 3).
+    The arms are the longest mirrored pair of branches beside the legs, up to the first fork (the
+    hand), the right one first; the waist is between pelvis and trunk.
     """
     model, partners = posed.model, _partners(posed, legs, rotation)
     middle = {1, *(joint for joint, partner in partners.items() if joint == partner)}
@@ -73,13 +56,14 @@ def find_upper_body(posed: PosedModel, legs: LegJoints, rotation: Array) -> Uppe
         if len(both) > len(arms[0]):
             arms = (tuple(a for a, _ in both), tuple(b for _, b in both))
     if not arms[0]:
-        return UpperBody(arms, ())
+        return {ARMS: [], WAIST: []}
     pelvis, trunk = (
         list(model.supports[int(model.parents[start])]) for start in (legs[0][0], arms[0][0])
     )
     # From the pelvis towards the root, then from there to the trunk.
     inward = [int(j) for j in pelvis if j not in trunk][::-1]
-    return UpperBody(arms, (*inward, *(int(j) for j in trunk if j not in pelvis)))
+    waist = [*inward, *(int(j) for j in trunk if j not in pelvis)]
+    return {ARMS: [*arms[0], *arms[1]], WAIST: waist}
 
 
 def moving_pairs(
@@ -88,22 +72,18 @@ def moving_pairs(
     rotation: Array,
     patterns: Sequence[str],
     ties: Mapping[str, Tie],
-    loaded: Collection[int] = (),
+    loaded: Collection[int],
 ) -> tuple[Pairs, dict[str, str]]:
     """Return the joints beside the legs that are to move, those that move others first.
 
     What leads a joint that moves, or follows one, moves too, but for what follows and cannot, or
-    moves no mass: names of those come second, with the reason.
-
-    Each pair is the right and the left one, or one in the middle twice.
+    moves no mass: names of those come second, with the reason. Each pair is the right and the left
+    one, or one in the middle twice.
 
     Args:
-        posed: the robot in its reference posture.
-        legs: the right and the left one.
-        rotation: columns forward, left, up in the root link, shape (3, 3).
+        rotation: as of `Heading`.
         patterns: "arms", "waist", or patterns of joint names as in a shell; a joint's partner moves
             with it.
-        ties: of joints that follow others.
         loaded: joints of the links on which loads hang.
 
     Raises:
@@ -116,19 +96,15 @@ def moving_pairs(
     pairs = set()
     for joint in asked:
         if fault := _fault(posed, joint, partners):
-            raise RobotError(
-                f"joint '{model.names[joint]}' cannot be moved: {fault}; leave it locked, or make "
-                "the robot symmetric"
-                if joint not in partners
-                else f"joint '{model.names[joint]}' cannot be moved: {fault}"
-            )
+            advice = "" if joint in partners else "; leave it locked, or make the robot symmetric"
+            raise RobotError(f"joint '{model.names[joint]}' cannot be moved: {fault}{advice}")
         pairs.add((joint, partners[joint]))
     left = dict[str, str]()
-    while more := {
-        name: how
-        for name, how in tied_to(ties, _moving_names(posed, legs, pairs)).items()
-        if name not in left
-    }:
+    while True:
+        moving = {str(model.names[j]) for joints in (*legs, *pairs) for j in joints}
+        more = {name: how for name, how in tied_to(ties, moving).items() if name not in left}
+        if not more:
+            break
         for name, how in more.items():
             joint = int(model.getJointId(name))
             fault = _fault(posed, joint, partners)
@@ -168,21 +144,10 @@ def _moves_mass(model: pin.Model, joint: int, loaded: Collection[int] = ()) -> b
     return any(model.inertias[j].mass or j in loaded for j in model.subtrees[joint])
 
 
-def _moving_names(
-    posed: PosedModel, legs: LegJoints, pairs: Collection[tuple[int, int]]
-) -> set[str]:
-    return {str(posed.model.names[j]) for joints in (*legs, *pairs) for j in joints}
-
-
 def moving_joints(
     legs: LegJoints, stance: int, others: Pairs
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the joints that move, and the place of each one's partner among them, shape (n,) each.
-
-    Args:
-        legs: the right and the left one, from hip to ankle.
-        stance: index of the standing one.
-        others: pairs of other joints.
 
     Returns:
         The stance leg from ankle to hip, the swing leg from hip to ankle, then the others.
@@ -202,12 +167,9 @@ def _asked(
     names = {str(model.names[j]): j for j in range(2, model.njoints) if j not in used}
     asked: list[int] = []
     for pattern in patterns:
-        found: list[int] = []
-        if pattern in (ARMS, WAIST):
-            body = find_upper_body(posed, legs, rotation)
-            found = [*body.arms[0], *body.arms[1]] if pattern == ARMS else list(body.waist)
-        if not found:
-            found = [names[name] for name in matching(pattern, names)]
+        grouped = pattern in (ARMS, WAIST)
+        found = _groups(posed, legs, rotation)[pattern] if grouped else []
+        found = found or [names[name] for name in matching(pattern, names)]
         if not found:
             raise RobotError(
                 f"moving: no joint beside the legs' is meant by '{pattern}'; "
