@@ -32,11 +32,23 @@ class Hinge:
 
     Attributes:
         point: on the line, in the sole frame [m], shape (3,).
-        axis: unit vector, about which a positive angle lifts the sole, shape (3,).
+        axis: unit vector, about which a positive angle lifts the sole, shape (3,): to the left or
+            to the right, so that the line is its own mirror image, as the feet are each other's.
+
+    Raises:
+        InputError: the axis is another.
     """
 
     point: Array
     axis: Array
+
+    def __post_init__(self) -> None:
+        if not np.array_equal(np.abs(self.axis), [0.0, 1.0, 0.0]):
+            raise InputError(
+                f"a foot would turn about {np.asarray(self.axis).tolist()}; give a line across it, "
+                "[0, 1, 0] or [0, -1, 0]: the other foot turns about the mirror image of the line, "
+                "which must be the line itself"
+            )
 
     @cached_property
     def twist(self) -> Array:

@@ -204,7 +204,7 @@ def description(entry: CatalogueEntry) -> tuple[str | Path, ImportOptions]:
 
 def biped_of(entry: CatalogueEntry) -> BipedSpec:
     """Return the specification of a biped that gaitopt makes itself."""
-    return merged(biped13(), entry.spec)
+    return merged(biped13(), {"name": entry.name, **entry.spec})
 
 
 def robot_by_name(name: str) -> Robot:

@@ -165,7 +165,12 @@ def _motors(base: Request, vary: Sequence[str]) -> MotorTable | None:
 def _file_robot_maker(robot: Robot) -> Callable[[Mapping[str, float]], Robot]:
     """Return what makes a robot of a file, as a walk has it, in other proportions."""
     own = own_values(robot)
-    return lambda values: Robot.from_urdf(robot.urdf, choices=with_proportions(robot, own, values))
+
+    def made(values: Mapping[str, float]) -> Robot:
+        again = Robot.from_urdf(robot.urdf, choices=with_proportions(robot, own, values))
+        return again.as_before(robot.findings)
+
+    return made
 
 
 def _robot_maker(settings: Settings) -> Callable[[Mapping[str, float]], Robot]:

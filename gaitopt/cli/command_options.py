@@ -289,7 +289,8 @@ class ExportOptions:
     strides: float | None = entry(None, "Strides of two steps; by default 1.", metavar="N")
     joints: str | None = entry(
         None,
-        "Order of the joints: gait, mujoco, isaac, g1, or their names joined by commas.",
+        "Order of the joints: gait, mujoco, isaac, g1, mjcf (that of --format mjcf), or their "
+        "names joined by commas.",
         metavar="ORDER",
     )
     output: Path | None = entry(

@@ -96,7 +96,9 @@ def _table(section: Section, width: int) -> Table:
         topic = row[0] if section.how and len(row) > 2 else ""
         seen[topic] += 1
         if not section.how or seen[topic] <= (_MOST if topic else 3 * _MOST):
-            first, *others = (_short(printable(cell)) for cell in row)
+            # the other commands say a warning in full: what to do stands at its end
+            shown = (printable(cell) for cell in row)
+            first, *others = shown if sure == "warning" else map(_short, shown)
             cells = (first if section.how else _in_lines(first, room), *others)
             table.add_row(*(Text(text, style=_STYLES.get(sure, "")) for text in cells))
     _count_the_rest(table, seen, len(section.columns)) if section.how else None

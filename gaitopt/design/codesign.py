@@ -335,7 +335,8 @@ class Study:
         if drives is None:
             return robot
         limits = drives.with_rotors(robot.choices.limits)
-        driven = Robot.from_urdf(robot.urdf, choices=replace(robot.choices, limits=limits))
+        choices = replace(robot.choices, limits=limits)
+        driven = Robot.from_urdf(robot.urdf, choices=choices).as_before(robot.findings)
         self._check_joints(driven, drives)
         return driven
 

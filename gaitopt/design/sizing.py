@@ -325,7 +325,8 @@ def designed_with(
 
 def _with_rotors(robot: Robot, table: MotorTable) -> Robot:
     limits = (*without_armature(robot.choices.limits), *table.rotors())
-    return Robot.from_urdf(robot.urdf, choices=robot.choices.over(limits=limits))
+    choices = robot.choices.over(limits=limits)
+    return Robot.from_urdf(robot.urdf, choices=choices).as_before(robot.findings)
 
 
 def with_motors(task: Task, table: MotorTable) -> Task:

@@ -441,7 +441,9 @@ class Constraint(ABC):
             labels: of the r rows.
             lower, upper: limits, broadcast to (K, r).
             scale: a change of the rows that matters, broadcast to (r,).
-            instants: indices into the grid, by default all, shape (K,).
+            instants: indices into the grid, by default all, shape (K,); chosen by their times,
+                `np.flatnonzero(context.grid.instants == context.touch_down)`, as a refinement adds
+                instants at the end.
         """
         if instants is None:
             instants = np.arange(context.grid.count)

@@ -565,6 +565,7 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
     if len({one.rows for one in block.reads}) != 1:
         raise InputError(f"{where} reads quantities with different rows: {block.reads}")
     _check_instants(block, context, where)
+    _check_choice(constraint, block, context, where)
     shape = (len(block.instants), len(block.labels))
     typical = np.concatenate([typical_entries(one, context.robot) for one in block.reads])
     check_function(block.function, typical, shape[1], where)
@@ -587,6 +588,27 @@ def _check_instants(block: ConstraintBlock, context: ConstraintContext, where: s
         raise InputError(
             f"the instants of {where} are {shown(instants.tolist())}; give indices from 0 to "
             f"{last} that increase"
+        )
+
+
+_BESIDE = 1e-6  # share of a step: so near that an instant chosen as the nearest would change
+
+
+def _check_choice(
+    constraint: Constraint, block: ConstraintBlock, context: ConstraintContext, where: str
+) -> None:
+    """Check that rows at some instants are still there where a refinement has added others."""
+    times, instants = block.times, np.sort(context.grid.instants)
+    if times is None or len(times) == instants.size:
+        return
+    finer = context.grid.with_instants(np.r_[instants[:-1] + _BESIDE, instants[1:] - _BESIDE])
+    again = constraint.block(replace(context, grid=finer)).times
+    if again is None or (lost := np.setdiff1d(times, again)).size:
+        at = times[0] if again is None else lost[0]
+        raise InputError(
+            f"{where} has a row at s = t/T = {at:.4g} at {instants.size} instants of the step, and "
+            f"none there at {finer.count}: refinement adds instants at the end of the grid. Choose "
+            "them by their times, as np.flatnonzero(context.grid.instants == context.touch_down)"
         )
 
 

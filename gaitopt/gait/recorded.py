@@ -16,6 +16,7 @@ from gaitopt.escape import printable
 from gaitopt.gait.motor_space import DrivenJoints, MotorSpace, joints_of_linkages
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.importers.physics import PARTS
+from gaitopt.importers.report import findings_of
 from gaitopt.model.import_options import ImportOptions, choices_from_record
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import LEVEL, Sole
@@ -110,6 +111,7 @@ def robot_of(gait: Recorded) -> Robot:
     choices = gait.fact("choices")
     if isinstance(choices, Mapping):
         robot = Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
+        robot = robot.as_before(findings_of(gait.fact("findings")))
         return robot.on_ground(ground_of(gait).down)
     edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
     missing = [name for name, value in edges.items() if value is None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Literal, get_args
@@ -47,6 +48,30 @@ def findings_of(record: object) -> tuple[Finding, ...]:
             topic, subject, text = (str(entry.get(n, "")) for n in ("topic", "subject", "text"))
             found.append(Finding(topic, subject, text, entry["how"]))
     return tuple(found)
+
+
+def as_before(findings: Iterable[Finding], before: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings about a robot that is read again with every choice made explicit.
+
+    What was found or guessed the first time remains so, with what was said of it: nobody gave it.
+
+    Args:
+        findings: of the second reading.
+        before: of the first one.
+    """
+    again, known = list(findings), list(before)
+    guesses = {_fact(one) for one in known if one.how in ("found", "guessed")}
+    for one in [one for one in again if one.how == "given" and _fact(one) in guesses]:
+        told = (f for f in known if (f.topic, f.subject) == (one.topic, one.subject))
+        place = again.index(one)
+        again[place : place + 1] = [f for f in told if f not in again]
+    return tuple(again)
+
+
+def _fact(finding: Finding) -> tuple[str, str, str]:
+    """Return what a finding says of what, without how it is known."""
+    said = re.split(" of |[:;]", finding.text, maxsplit=1)[0]
+    return finding.topic, finding.subject, said
 
 
 def listed(names: Iterable[str], most: int | None = 4, quote: str = "'") -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -15,7 +15,7 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
-from gaitopt.importers.report import Finding
+from gaitopt.importers.report import Finding, as_before
 from gaitopt.importers.source import Source
 from gaitopt.model.chain import build_chain, size_doubts
 from gaitopt.model.chain_physics import ChainPhysics
@@ -163,6 +163,14 @@ class Robot:
             f"<Robot {self.name!r}: {self.mass:.2f} kg, legs {self.legs.reach:.3f} m, "
             f"stands on {self.stance_sole!r}>"
         )
+
+    def as_before(self, findings: Iterable[Finding]) -> Robot:
+        """Return the robot, which is read with the choices of an earlier reading.
+
+        Args:
+            findings: of that reading: what it found or guessed was given by nobody.
+        """
+        return replace(self, findings=as_before(self.findings, findings))
 
     @cached_property
     def mass(self) -> float:

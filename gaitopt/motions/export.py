@@ -409,8 +409,8 @@ def export(
         format: name of a form of motions, a key of `formats.FORMATS`.
         rate: samples a second [Hz]; by default that of the format.
         strides: number of strides of two steps, 1 by default; halves are steps.
-        joints: order of the joints: "gait", "mujoco", "isaac", "g1", or names; by default that of
-            the format.
+        joints: order of the joints: "gait", "mujoco", "isaac", "g1", "mjcf", or names; by default
+            that of the format.
 
     Returns:
         The path written.
@@ -517,13 +517,13 @@ def export_library(
     if not there:
         raise InputError(f"the library '{found.directory}' has no gait that can be exported")
     names = _file_names(form, {point: gait.speed for point, gait in there.items()}, found)
-    make_directory(folder)
     rows = []
     for point, row in zip(sorted(found.states), found.rows, strict=True):
         line: Row = {"file": None, **{axis: row.get(axis) for axis in axes}}
         if point in there:
             gait = there[point]
             content = _content(gait, form, rate, strides, joints)
+            make_directory(folder)  # not before it is known that what is asked for can be had
             line["file"] = write_atomically(folder / names[point], content).name
             told: Row = {"speed": gait.speed, "duration": gait.duration}
             told |= {"lateral_speed": gait.lateral_speed, "turn_rate": gait.turn_rate}

@@ -33,7 +33,7 @@ from gaitopt.mechanics.spatial import upright
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.nlp import Array
 
-ORDERS = ("gait", "mujoco", "isaac", "g1")
+ORDERS = ("gait", "mujoco", "isaac", "g1", "mjcf")
 """Names of orders; others are lists of joints."""
 
 _LEG = ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll")
@@ -135,6 +135,7 @@ class RobotOrder:
             "mujoco": self._depth_first,
             "isaac": self._breadth_first,
             "g1": lambda: G1_JOINTS,
+            "mjcf": lambda: [self.body.joint_names[row] for row in np.sort(self.body.driven)],
         }
         if order in known:
             return list(known[order]())

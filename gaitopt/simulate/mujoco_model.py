@@ -74,6 +74,11 @@ class SimulatedRobot:
         return self.mass * float(np.linalg.norm(self.body.gravity))
 
     @cached_property
+    def motors(self) -> NDArray[np.int64]:
+        """Numbers of the moving joints' actuators, in the order of `body.moving`, shape (n,)."""
+        return np.argsort(np.argsort(self.body.moving))
+
+    @cached_property
     def driven(self) -> NDArray[np.int64]:
         """Addresses in `qvel` of all joints, in the order of `body.driven`, shape (n + t,)."""
         return np.concatenate([self.dof, self.tied[1]])
@@ -217,7 +222,7 @@ def robot_spec(
         _add_joint(bodies[joint], body, joint)
     for joint, inertia in inertias.items():
         _set_inertia(bodies[joint], inertia)
-    for joint, most in zip(body.moving, limit, strict=True):
+    for joint, most in sorted(zip(body.moving, limit, strict=True)):  # as MuJoCo has the joints
         name = body.joint_names[joint]
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         if np.isfinite(most):
@@ -265,7 +270,7 @@ def mjcf_text(
     for row, time in enumerate(times):
         q, v = samples.configuration[row], samples.velocity[row]
         qpos, qvel = robot.position(q), robot.velocity(q, v)
-        torque = samples.torque[row, body.moving]
+        torque = samples.torque[row, np.sort(body.moving)]
         names = (START, f"reference {row}") if row == 0 else (f"reference {row}",)
         for name in names:
             spec.add_key(name=name, time=float(time), qpos=qpos, qvel=qvel, ctrl=torque)

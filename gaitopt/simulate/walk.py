@@ -314,10 +314,10 @@ class _Run:
             seen = measured(robot, data, self._disturbance.noise, self._rng)
             way.send(time, self._controller.torque(time, *seen))
             for tick in range(ticks):
-                data.ctrl[:] = way.arrived(time + tick * timestep)
+                data.ctrl[robot.motors] = way.arrived(time + tick * timestep)
                 mujoco.mj_step(robot.model, data)
             time += ticks * timestep
-            torque = np.abs(data.actuator_force)
+            torque = np.abs(data.actuator_force[robot.motors])
             effort += float(torque @ torque) * ticks * timestep
             self._torque = np.maximum(self._torque, torque)
             self._rate = np.maximum(self._rate, np.abs(data.qvel[robot.dof]))

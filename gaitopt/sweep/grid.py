@@ -27,6 +27,7 @@ from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import DURATION, GEOMETRY, GEOMETRY_NAMES, set_geometry
 from gaitopt.gait.task import Task, task_from_record, task_record
+from gaitopt.importers.report import Finding
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
 from gaitopt.settings import declared
@@ -414,6 +415,7 @@ class RobotSource:
         changes: entries of the specification that differ, by path, and numbers of the motors, by
             the names of their axes.
         motors: of the robot, where numbers of them are swept.
+        findings: about the robot, when what it was made of was first read.
     """
 
     urdf: str
@@ -421,6 +423,7 @@ class RobotSource:
     spec: BipedSpec | None = None
     changes: tuple[tuple[str, float], ...] = ()
     motors: MotorTable | None = None
+    findings: tuple[Finding, ...] = ()
 
     @property
     def drives(self) -> MotorTable | None:
@@ -445,7 +448,7 @@ class RobotSource:
             urdf, choices = urdf_text(changed(self.spec, entries)), _chosen(self.spec, choices)
         if (drives := self.drives) is not None:
             choices = replace(choices, limits=drives.with_rotors(choices.limits))
-        return _robot(urdf, choices)
+        return _robot(urdf, choices, self.findings)
 
 
 def _chosen(spec: BipedSpec, choices: ImportOptions) -> ImportOptions:
@@ -464,13 +467,14 @@ def _chosen(spec: BipedSpec, choices: ImportOptions) -> ImportOptions:
     return replace(choices, sole=sole, payloads=loads)
 
 
-def _robot(urdf: str, choices: ImportOptions) -> Robot:
-    return _built(urdf, json.dumps(choices_record(choices)))
+def _robot(urdf: str, choices: ImportOptions, findings: tuple[Finding, ...] = ()) -> Robot:
+    return _built(urdf, json.dumps(choices_record(choices)), findings)
 
 
 @lru_cache(maxsize=_CACHED_ROBOTS)
-def _built(urdf: str, choices: str) -> Robot:
-    return Robot.from_urdf(urdf, choices=choices_from_record(json.loads(choices)))
+def _built(urdf: str, choices: str, findings: tuple[Finding, ...]) -> Robot:
+    robot = Robot.from_urdf(urdf, choices=choices_from_record(json.loads(choices)))
+    return robot.as_before(findings)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
@@ -13,6 +14,7 @@ from gaitopt.errors import EvaluationError, InputError, did_you_mean
 from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record
+from gaitopt.importers.report import findings_of
 from gaitopt.nlp import Array
 from gaitopt.sweep.continuation import WarmStart, finish
 from gaitopt.sweep.database import robot_source_of
@@ -132,7 +134,8 @@ def _mixed(
     for corner in corners:
         gait = library.gait(corner)
         task = task_from_record(gait.fact("task"), known)
-        place = Scenario(robot_at(robot, library.grid, corner), task)
+        told = replace(robot, findings=findings_of(gait.fact("findings")))
+        place = Scenario(robot_at(told, library.grid, corner), task)
         mixed[corner] = place, gait.parameters
     for axis in library.grid.axes:
         rest: dict[Index, list[tuple[int, tuple[Scenario, Array]]]] = {}

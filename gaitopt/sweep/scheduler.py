@@ -197,7 +197,10 @@ class Scenarios:
             for value in (axis.values[0], axis.values[-1]):
                 changed(spec, {axis.name: value})  # type: ignore[arg-type]
         self._grid = grid
-        self.robot = RobotSource(robot.urdf, robot.choices, spec, motors=motors if driven else None)
+        self.robot = RobotSource(
+            robot.urdf, robot.choices, spec, motors=motors if driven else None,
+            findings=robot.findings,
+        )  # fmt: skip
         tasks = {p: task_at(grid.values(p)) for p in grid.order}
         if driven:
             places = {p: robot_at(self.robot, grid, p) for p in tasks}

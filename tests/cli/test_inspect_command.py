@@ -4,9 +4,11 @@ import re
 
 import pytest
 from example_robots import example_robot, needs_example_robots
+from places import CASES
 
 from gaitopt import Robot, biped13, urdf_text
 from gaitopt.model.import_options import choices_from_toml
+from gaitopt.model.physics_report import NO_ROTORS
 
 LEGS = "{left,right}_"
 
@@ -52,6 +54,12 @@ def test_choices_written_and_edited_change_the_robot(cli, urdf, tmp_path):
 def test_one_choice_on_the_command_line(cli, urdf):
     result = cli("inspect", "--urdf", urdf, "--sole", "0.01,-0.2,0.05,-0.05")
     assert "10.0 mm forward, 200.0 mm back, 50.0 mm left" in " ".join(result.stdout.split())
+
+
+def test_a_warning_is_said_to_its_end(cli):
+    """What to do stands there."""
+    result = cli("inspect", "--urdf", CASES / "base_mini.urdf")
+    assert " ".join(NO_ROTORS.split()) in " ".join(re.sub(r" {2,}", " ", result.stdout).split())
 
 
 def test_placeholders_are_marked(cli, urdf):

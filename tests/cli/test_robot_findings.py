@@ -1,12 +1,15 @@
 """What `inspect` knows about a robot is said by every command, in summary.json and on the page."""
 
 import json
+from dataclasses import replace
 
 import pytest
+from example_robots import needs_example_robots
 from places import CASES
 from rich.console import Console
 
 from gaitopt import Robot, load_gait, summarise
+from gaitopt.catalogue.entries import robot_by_name
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.importers.report import Finding, findings_of
 
@@ -85,10 +88,27 @@ def test_sweeps_and_libraries_say_it(cli, tmp_path):
     words = ("--urdf", CASE, "--speeds", "0.6", "--no-refine", "--solver", "sqp")
     result = cli("sweep", *words, "-o", tmp_path / "gaits")
     assert f"warning: all joints: {WARNED}" in result.stderr
+    (gait,) = map(load_gait, (tmp_path / "gaits" / "gaits").iterdir())
+    assert findings_of(gait.fact("findings")) == Robot.from_urdf(CASE).findings
     result = cli("library", tmp_path / "gaits")
     assert result.exit_code == 0
     assert f"warning: all joints: {WARNED}" in result.stderr
     assert WARNED not in cli("sweep", *words, "-q", "-o", tmp_path / "gaits").stderr
+
+
+@needs_example_robots
+@pytest.mark.parametrize("name", ["g1", "human", "icub", "romeo"])
+def test_what_was_guessed_is_not_given_when_a_robot_is_read_again(name):
+    """Sweeps, motors and gait files read it with every choice made explicit."""
+    robot = robot_by_name(name)
+    assert {"guessed", "found"} <= {one.how for one in robot.findings}
+    again = Robot.from_urdf(robot.urdf, choices=robot.choices)
+    assert set(again.findings) != set(robot.findings)
+    assert set(again.as_before(robot.findings).findings) == set(robot.findings)
+    nearly = replace(robot.sole, toe=robot.sole.toe + 0.01)  # another fact, and that is given
+    other = Robot.from_urdf(robot.urdf, choices=robot.choices.over(sole=nearly))
+    (sole,) = (f for f in other.as_before(robot.findings).findings if f.topic == "sole")
+    assert (sole.how, f"{1e3 * nearly.toe:.1f} mm forward" in sole.text) == ("given", True)
 
 
 def test_inspect_shows_odd_lines_once(cli):

@@ -7,6 +7,7 @@ from gaitopt.contact import (
     AFTER,
     FlatFoot,
     HeelLine,
+    Hinge,
     LegExchange,
     Phase,
     PhaseEnd,
@@ -64,6 +65,13 @@ def test_a_foot_may_turn_after_its_landing_and_before_it_leaves():
     assert both.contacts == (both.first.contact, both.last.contact) == (heel, toe)
     assert Schedule((Phase(heel, 0.2, SMOOTH), Phase(FlatFoot()))).first.contact is heel
     assert Schedule().contacts == ()
+
+
+@pytest.mark.parametrize("axis", [[0.1, 0.99, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+def test_a_line_that_is_not_its_own_mirror_image_is_refused(axis):
+    """The other foot would turn about another one, of which no equation knows."""
+    with pytest.raises(InputError, match="give a line across it"):
+        Hinge(np.array([0.1, 0.0, 0.0]), np.array(axis))
 
 
 def test_grid_of_one_phase_is_the_uniform_one():

@@ -73,6 +73,13 @@ def test_curves_are_numbered_by_speed(library, tmp_path):
     assert [row["file"] for row in lines(index)] == [f"v_{k}_1.yaml" for k in (1, 2, 3)]
 
 
+@pytest.mark.parametrize("asked", [{"joints": "nosuch"}, {"rate": -1.0}, {"strides": 0.0}], ids=str)
+def test_what_cannot_be_had_leaves_no_directory(library, tmp_path, asked):
+    with pytest.raises(InputError):
+        gaitopt.export_library(library, tmp_path / "none", format="motion", **asked)
+    assert not (tmp_path / "none").exists()
+
+
 def test_what_is_no_library_or_itself_is_refused(library, tmp_path):
     with pytest.raises(InputError, match="is the library itself"):
         gaitopt.export_library(library, library, format="csv")

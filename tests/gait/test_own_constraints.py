@@ -154,6 +154,56 @@ def test_rows_that_do_not_fit_are_refused(robot, constraint, message):
 
 
 @dataclass(frozen=True)
+class AtSome(Constraint):
+    """The knee's rate, at instants that a function of the context chooses."""
+
+    name, unit, words = "at some", "rad/s", "what holds at some instants"
+    reads = (quantities.RATES,)
+    chosen: str = "landing"
+
+    def block(self, context):
+        s = context.grid.instants
+        instants = {
+            "landing": np.flatnonzero(s == context.touch_down),
+            "late": np.flatnonzero(s > 0.8),
+            "last": np.array([s.size - 1]),
+            "nearest": np.array([np.argmin(np.abs(s - 0.352))]),
+        }[self.chosen]
+        row = Linear(np.eye(1, len(context.robot.joint_names), 2))
+        return self.over_step(context, row, ("knee",), upper=5.0, instants=instants)
+
+
+WALKS = ({}, {"toe_off": 0.7}, {"double_support": 0.05}, {"stride": True})
+
+
+@pytest.mark.parametrize("task", WALKS, ids=str)
+@pytest.mark.parametrize("chosen", ["landing", "late"])
+def test_rows_at_instants_chosen_by_their_times_are_taken(robot, chosen, task):
+    """Whatever instants a refinement adds behind the others, landings stay landings."""
+    problem = WalkProblem(robot, preset_task(constraints=(AtSome(chosen),), **task))
+    finer = problem.with_grid(problem.grid.with_instants(np.array([0.111, 0.313])))
+    for one in (problem, finer):
+        times = one.blocks[-1].times
+        assert times.size > 0
+        if chosen == "landing":
+            ends = {0.5, 1.0} if "stride" in task else {touch_down(one.task)}
+            assert set(times) == ends
+
+
+def touch_down(task):
+    """Share of the step at which the swing foot lands."""
+    return 1.0 - (task.double_support or 0.0) / task.duration
+
+
+@pytest.mark.parametrize("task", WALKS, ids=str)
+@pytest.mark.parametrize("chosen", ["last", "nearest"])
+def test_rows_that_would_wander_with_the_grid_are_refused(robot, chosen, task):
+    message = "'at some' has a row at s = .* Choose them by their times, as np.flatnonzero"
+    with pytest.raises(InputError, match=message):
+        WalkProblem(robot, preset_task(constraints=(AtSome(chosen),), **task))
+
+
+@dataclass(frozen=True)
 class Shapeless(RunningCost):
     """A cost whose integrand has two rows."""
 

@@ -6,6 +6,7 @@ import pytest
 from sample_gait import sample_gait
 
 from gaitopt.errors import InputError
+from gaitopt.motions.export import export
 from gaitopt.simulate.mujoco_model import START, mjcf_text, simulated_robot
 
 READ = 1e-5  # MuJoCo writes numbers with so many digits
@@ -42,7 +43,19 @@ def test_keyframes_are_the_walk(gait, model):
     assert key.qpos == pytest.approx(robot.position(q), rel=READ, abs=READ)
     assert key.qvel == pytest.approx(robot.velocity(q, v), rel=READ, abs=READ)
     torque = samples.torque[0, gait.trajectory.body.moving]
-    assert key.ctrl == pytest.approx(torque, rel=READ, abs=READ)
+    assert key.ctrl[robot.motors] == pytest.approx(torque, rel=READ, abs=READ)
+
+
+def test_arrays_in_its_order_are_its_keyframes(gait, model, tmp_path):
+    """Joints, rates and motors: a tracker need not sort anything."""
+    hinges = [model.joint(k).name for k in range(1, model.njnt)]
+    assert [model.actuator(k).name for k in range(model.nu)] == hinges
+    path = export(gait, tmp_path / "m.npz", format="mujoco", rate=40.0, joints="mjcf")
+    with np.load(path) as arrays:
+        assert arrays["joint_names"].tolist() == hinges != list(gait.joint_names)
+        for name, frames in (("qpos", "qpos"), ("qvel", "qvel"), ("torque", "ctrl")):
+            found = getattr(model, f"key_{frames}")[1:]
+            assert found == pytest.approx(arrays[name], rel=READ, abs=READ)
 
 
 def test_the_start_stands_on_the_ground(gait, model):
