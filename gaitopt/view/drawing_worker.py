@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
+import warnings
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -15,6 +17,7 @@ from gaitopt.gait.result import Gait
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing.process import BaseProcess
 
 Drawn = TypeVar("Drawn")
 
@@ -99,10 +102,47 @@ def spare_cores() -> float:
 
 
 def draw_figures(gait: Gait, directory: Path) -> list[Path]:
-    """Write the figures of a gait; see `write_figures`."""
-    from gaitopt.view.figures import write_figures
+    """Write the figures of a gait, see `write_figures`; a worker has a copy of it draw half."""
+    from gaitopt.view.figures import FIGURES, write_figures
 
-    return write_figures(gait, directory)
+    names = tuple(FIGURES)
+    first, second = (partial(write_figures, gait, directory, names=names[k::2]) for k in (0, 1))
+    copy = _copy_that_does(second)
+    try:
+        first()
+    finally:
+        if copy is not None:
+            copy.join()
+    if copy is None or copy.exitcode:
+        second()
+    return [directory / f"{name}.png" for name in names]
+
+
+def _copy_that_does(work: Callable[[], object]) -> BaseProcess | None:
+    """Return a copy of this process that works and ends, its exit code not 0 if it fails.
+
+    Returns:
+        None where this is no worker, as a command must not be copied amid its work: it has
+        threads. The second thread of a worker waits for the command's end, and holds no lock.
+    """
+    import multiprocessing
+
+    if multiprocessing.parent_process() is None or not sys.platform.startswith("linux"):
+        return None
+    copy = multiprocessing.get_context("fork").Process(target=_work, args=(work,))
+    with warnings.catch_warnings(), contextlib.suppress(OSError):
+        warnings.simplefilter("ignore", DeprecationWarning)  # of threads, by Python 3.12
+        copy.start()
+        return copy
+    return None
+
+
+def _work(work: Callable[[], object]) -> None:
+    serve_parent()
+    try:
+        work()
+    except Exception:  # told by the worker, which fails likewise when it does this itself
+        sys.exit(1)
 
 
 def draw_page(gait: Gait) -> str:
@@ -117,8 +157,8 @@ def ready_for_figures() -> None:
     from gaitopt.view.figure_style import new_figure, rendered
 
     figure = new_figure(1.0, 1.0)
-    figure.subplots()
-    rendered(figure, "png")  # loads the fonts and the renderer too
+    figure.subplots().set_title("$f_z$")
+    rendered(figure, "png")  # loads the fonts, the grammar of formulas and the renderer too
 
 
 def ready_for_page(urdf: str, package_dirs: tuple[str, ...]) -> None:

@@ -57,6 +57,14 @@ _STYLE: Any = {
 }
 
 
+_WRITTEN: dict[str, Any] = {
+    "png": {"pil_kwargs": {"compress_level": 3}},  # at 6 it takes half as long again, for 7 % less
+    "svg": {"metadata": {"Date": None}},
+    "pdf": {"metadata": {"CreationDate": None}},
+}
+"""How each form is written: without the date, equal gaits give equal figures."""
+
+
 def kind_of(path: Path) -> str:
     """Return the form of a figure that a file's suffix names: "png", "svg" or "pdf".
 
@@ -117,11 +125,9 @@ def rendered(figure: Figure, kind: str) -> bytes:
     """Return a figure as a file of a kind: "png", "svg" or "pdf"."""
     buffer = io.BytesIO()
     engine = figure.get_layout_engine()
-    # without the date, equal gaits give equal figures
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with styled():
         if engine is not None:  # left to savefig, it would draw everything once more to lay it out
             engine.execute(figure)
             figure.set_layout_engine(None)
-        figure.savefig(buffer, format=kind, metadata=metadata)
+        figure.savefig(buffer, format=kind, **_WRITTEN[kind])
     return buffer.getvalue()

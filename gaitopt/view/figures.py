@@ -6,7 +6,7 @@ Motion as stick figures (Figs. 4 and 9), ground force and friction (Fig. 5), cen
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
@@ -61,7 +62,8 @@ SIDE, FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
 _GROUND_DEPTH = 0.02  # m, drawn
 _BESIDE = 0.1  # m of ground ahead and behind
 _EDGES = ([[0, 1], [2, 3]], [[0, 2], [1, 3]])  # ends of a sole seen from the side: toe, heel; front
-_ABOVE_OTHERS = 3.0  # layer of a foot that rests: the same foot swings off from there
+_LAYER, _ABOVE_OTHERS = 2.0, 3.0  # of a foot that rests: the same foot swings off from there
+_LEG, _SOLE, _HIPS, _BACK, _JOINT = 1.6, 1.1, 1.7, 2.2, 2.4  # points: widths of lines, joints
 _FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
 _FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
 _SPACE = 0.08  # free above and below the curves, in their heights
@@ -76,37 +78,42 @@ Standing = tuple[tuple[int, ...], str]
 
 
 def draw_sticks(
-    axes: Axes, sticks: StickFigures, index: int, view: int, opacity: float, standing: Standing
+    axes: Axes, sticks: StickFigures, view: int, opacity: ArrayLike, standing: Sequence[Standing]
 ) -> None:
-    """Draw one stick figure: far leg, trunk, near leg."""
-    feet, contact = standing
-    for leg, colour in ((1, SWING), (0, STANCE)):
-        points = sticks.legs[index, leg]
-        axes.plot(points[:, view], points[:, 2], "o-", markersize=2.4, color=colour, alpha=opacity)
-        rests = bool(contact) and leg in feet
-        own, above = (contact, _ABOVE_OTHERS) if rests else (colour, None)
-        _draw_foot(axes, points[0], sticks.soles[index, leg], view, own, opacity, above)
-    hips = sticks.legs[index, :, -1]
-    axes.plot(hips[:, view], hips[:, 2], color=TRUNK, alpha=opacity, linewidth=1.7)
-    trunk = sticks.trunk[index]
-    axes.plot(trunk[:, view], trunk[:, 2], color=TRUNK, alpha=opacity, linewidth=2.2)
+    """Draw stick figures one after the other, in each: far leg, near leg, hips and trunk.
+
+    All lines are of one object, or of two: as objects of their own they take ten times as long.
+    """
+    lines: list[tuple[float, float, Any, Array]] = []  # layer, width, colour, points
+    for index, alpha in enumerate(np.broadcast_to(opacity, len(standing))):
+        feet, contact = standing[index]
+        for leg, colour in ((1, SWING), (0, STANCE)):
+            points = sticks.legs[index, leg]
+            lines.append((_LAYER, _LEG, to_rgba(colour, alpha), points))
+            rests = bool(contact) and leg in feet
+            shown, layer = (contact, _ABOVE_OTHERS) if rests else (colour, _LAYER)
+            foot = _foot(points[0], sticks.soles[index, leg], view)
+            lines.append((layer, _SOLE, to_rgba(shown, alpha), foot))
+        trunk = to_rgba(TRUNK, alpha)
+        lines.append((_LAYER, _HIPS, trunk, sticks.legs[index, :, -1]))
+        lines.append((_LAYER, _BACK, trunk, sticks.trunk[index]))
+    for layer in sorted({line[0] for line in lines}):
+        _, widths, colours, points = zip(*(line for line in lines if line[0] == layer), strict=True)
+        collection = LineCollection(
+            [one[:, [view, 2]] for one in points], linewidths=widths, colors=colours, zorder=layer,
+            capstyle="projecting", joinstyle="round",
+        )  # fmt: skip
+        axes.add_collection(collection)
+    joints = [(colour, one) for _, width, colour, one in lines if width == _LEG]
+    places = np.concatenate([one for _, one in joints])
+    shades = np.repeat([colour for colour, _ in joints], [len(one) for _, one in joints], axis=0)
+    axes.scatter(places[:, view], places[:, 2], _JOINT**2, shades, linewidths=1.0, zorder=_LAYER)
 
 
-def _draw_foot(
-    axes: Axes,
-    ankle: Array,
-    sole: Array,
-    view: int,
-    colour: str,
-    opacity: float,
-    above: float | None,
-) -> None:
-    """Draw the sole's middle line in this view and its ends to the ankle."""
+def _foot(ankle: Array, sole: Array, view: int) -> Array:
+    """Return the sole's middle line in a view and its ends to the ankle, as points (4, 3)."""
     first, second = (sole[pair].mean(axis=0) for pair in _EDGES[view])
-    outline = np.array([ankle, first, second, ankle])
-    axes.plot(
-        outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity, zorder=above
-    )
+    return np.array([ankle, first, second, ankle])
 
 
 def ground_words(gait: Recorded) -> str:
@@ -239,11 +246,12 @@ def _transition_walk(transition: Transition) -> Figure:
     figure = new_figure(9.0, 4.6)
     axes = figure.subplots()
     draw_ground(axes, sticks, SIDE, transition)
-    for index, time in enumerate(whole):
-        landing = np.abs(ends - time).min() < 1e-9
-        stands = samples.contact[index]
-        standing = tuple(np.flatnonzero(stands).tolist()), contact_colour(flat_contact(stands))
-        draw_sticks(axes, sticks, index, SIDE, 0.95 if landing else 0.35, standing)
+    landing = np.abs(whole[:, None] - ends).min(axis=1) < 1e-9
+    standing = [
+        (tuple(np.flatnonzero(stands).tolist()), contact_colour(flat_contact(stands)))
+        for stands in samples.contact
+    ]
+    draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.35), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
     for name, colour in zip(_sides(transition), (STANCE, SWING), strict=True):
         axes.plot([], [], color=colour, label=name)
@@ -342,10 +350,7 @@ def step_figure(gait: Gait) -> Figure:
     opacity = np.linspace(_FAINT, 1.0, _SUPERPOSED)
     for axes, view in ((side, SIDE), (front, FRONT)):
         draw_ground(axes, seen[view], view, gait)
-        for index in range(_SUPERPOSED):
-            draw_sticks(
-                axes, seen[view], index, view, float(opacity[index]), standing[indices[index]]
-            )
+        draw_sticks(axes, seen[view], view, opacity, [standing[index] for index in indices])
     toes = whole.soles[:, 1, :2].mean(axis=1)
     side.plot(
         toes[:, 0], toes[:, 2], color=SWING, linewidth=0.9, linestyle=":",
@@ -369,9 +374,8 @@ def walking_figure(gait: Gait) -> Figure:
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
     draw_ground(axes, sticks, SIDE, gait)
-    for index in range(len(sticks.legs)):
-        opacity = 0.95 if index % _PER_STEP == 0 else 0.4
-        draw_sticks(axes, sticks, index, SIDE, opacity, standing[index])
+    landing = np.arange(len(standing)) % _PER_STEP == 0
+    draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.4), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, gait, (gait.stance_sole, gait.swing_sole_frame))
     where = f" {words}" if (words := ground_words(gait)) else ""
@@ -635,20 +639,24 @@ def _names(gait: Gait | Transition) -> tuple[str, ...]:
 
 
 def write_figures(
-    gait: Gait | Transition, directory: str | Path, formats: tuple[str, ...] = ("png",)
+    gait: Gait | Transition,
+    directory: str | Path,
+    formats: tuple[str, ...] = ("png",),
+    names: Sequence[str] | None = None,
 ) -> list[Path]:
-    """Write every figure of a gait or a transition to a directory, made if it does not exist.
+    """Write figures of a gait or a transition to a directory, made if it does not exist.
 
     Args:
         gait: what to draw.
         directory: where to.
         formats: any of "png" (150 dots per inch), "svg" and "pdf".
+        names: which, as of `make_figure`; None for all.
 
     Returns:
         The files written.
 
     Raises:
-        InputError: a format is unknown, or the directory cannot be written.
+        InputError: a format or a name is unknown, or the directory cannot be written.
         RobotError: the gait's URDF cannot be drawn.
     """
     unknown = set(formats) - set(KINDS)
@@ -658,7 +666,7 @@ def write_figures(
         )
     folder = make_directory(Path(directory))
     written = []
-    for name in _names(gait):
+    for name in _names(gait) if names is None else names:
         figure = make_figure(gait, name)
         for kind in formats:
             written.append(write_atomically(folder / f"{name}.{kind}", rendered(figure, kind)))

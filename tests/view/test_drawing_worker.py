@@ -1,6 +1,7 @@
 import os
 import re
 import signal
+import sys
 import time
 from dataclasses import replace
 from functools import partial
@@ -38,6 +39,36 @@ def test_another_process_draws_and_if_it_dies_this_one_does(tmp_path, monkeypatc
         again = worker.begin(draw_figures, sample_gait(), tmp_path / "b")()
     assert [f.name for f in files] == [f.name for f in again] == NAMES
     assert [f.read_bytes() for f in files] == [f.read_bytes() for f in again]
+
+
+def test_a_copy_draws_half_and_if_it_dies_the_worker_does_all(tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
+    with drawing_worker(ready_for_figures) as worker:
+        ended = worker.begin(exit_codes)()
+    copied = sys.platform.startswith("linux")
+    assert ended == ([0, 1, -signal.SIGKILL] if copied else [None] * 3)
+    assert capfd.readouterr().err == ""
+    monkeypatch.setattr(module, "_work", lambda _: kill_myself())
+    with drawing_worker(ready_for_figures) as worker:
+        files = worker.begin(draw_figures, sample_gait(), tmp_path)()
+    assert [f.name for f in files] == NAMES == [f.name for f in files if f.stat().st_size]
+
+
+def exit_codes():
+    """Of copies that do what they are to, fail, and are killed."""
+    works = (os.getpid, partial(int, "no number"), kill_myself)
+    copies = [module._copy_that_does(work) for work in works]
+    for copy in filter(None, copies):
+        copy.join()
+    return [copy and copy.exitcode for copy in copies]
+
+
+def kill_myself():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_process_that_is_no_worker_is_not_copied():
+    assert module._copy_that_does(os.getpid) is None
 
 
 def test_a_page_with_meshes_is_the_same_from_another_process(tmp_path, monkeypatch):
