@@ -30,7 +30,12 @@ from gaitopt.cli.command_options import (
     UrdfOptions,
 )
 from gaitopt.cli.options import CONTEXT, NO_VALUE, Group, Panels, command
-from gaitopt.cli.process import exit_code_kept, handle_termination, survive_closed_pipes
+from gaitopt.cli.process import (
+    exit_code_kept,
+    forget_odd_widths,
+    handle_termination,
+    survive_closed_pipes,
+)
 from gaitopt.settings import Setting
 
 Settings = dict[str, Any]
@@ -59,6 +64,7 @@ app = typer.Typer(
 def run() -> None:
     """Run the command line in a process of its own."""
     survive_closed_pipes()
+    forget_odd_widths()
     handle_termination()
     with exit_code_kept():
         app(prog_name="gaitopt")

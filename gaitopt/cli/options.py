@@ -250,6 +250,19 @@ class Group(_QuickHelp, TyperGroup):
     """The application before a command is asked for."""
 
 
+def _say_whose(ctx: Any, option: str, error: Any) -> None:
+    """Add to the message on an unknown option which other commands have it."""
+    others = getattr(getattr(ctx.parent, "command", None), "commands", {})
+    having = [
+        name
+        for name, late in others.items()
+        if not late.hidden and any(option in one.opts for one in late.complete([]).params)
+    ]
+    if having:
+        error.message += f", which is one of gaitopt {', '.join(having)}"
+        error.possibilities = None  # what looks alike in this command is not what was meant
+
+
 _NAMED_BY = {
     "urdf": r".*\.(urdf|xacro|xml|mjcf)", "config": r".*\.toml", "start": r".*\.npz",
     "robot": r"[a-z_][\w:-]*",
@@ -263,7 +276,12 @@ class PlainCommand(_QuickHelp, TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the words, and name the option of a robot, or of a file, that was left out."""
         ctx.allow_extra_args = True
-        rest: list[str] = super().parse_args(ctx, args)
+        try:
+            rest: list[str] = super().parse_args(ctx, args)
+        except Exception as error:
+            if (wrong := getattr(error, "option_name", None)) is not None:
+                _say_whose(ctx, wrong, error)
+            raise
         if rest and not ctx.resilient_parsing:
             words, known = " ".join(rest), {one.name for one in self.params}
             looks = partial(re.fullmatch, string=rest[0], flags=re.IGNORECASE)

@@ -138,6 +138,17 @@ class StopRequest:
         return self.asked
 
 
+def forget_odd_widths() -> None:
+    """Take no width of a terminal that is none, as Emacs says 0; what prints asks Rich for it."""
+    for name in ("COLUMNS", "LINES", "TERMINAL_WIDTH"):
+        said = os.environ.get(name, "")
+        if not (said.isascii() and said.isdigit() and len(said) < 5 and int(said) >= _NARROWEST):
+            os.environ.pop(name, None)
+
+
+_NARROWEST = 10  # columns; words do not fit into fewer
+
+
 def handle_termination() -> None:
     """Answer SIGTERM and SIGHUP as Ctrl-C is answered at the time; one that is ignored stays so."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:

@@ -172,21 +172,29 @@ def require_writable(directory: Path, option: str = "--output") -> None:
                 path.rmdir()
 
 
-def keep_files(directory: Path, results: Sequence[str], read: Iterable[object]) -> None:
+def keep_files(
+    directory: Path, results: Sequence[str], read: Iterable[object], begins: str = ""
+) -> None:
     """Check, before any work, that no result takes the place of a file of the user's.
 
     Args:
         directory: of the results.
         results: their names; where the first one is, an earlier run wrote them, and they are
             replaced.
+        begins: how the first one begins if an earlier run wrote it, where its name does not tell.
         read: paths of files that the command reads, which are kept whoever wrote them; what is no
             path is passed over.
 
     Raises:
         InputError: one would.
     """
+    mark = directory / results[0]
+    earlier = mark.exists()
+    if earlier and begins:
+        with suppress(OSError), mark.open("rb") as stream:
+            earlier = stream.read(len(begins)) == begins.encode()
     for path in (directory / name for name in results):
-        reason = "" if (directory / results[0]).exists() else "which no earlier run wrote"
+        reason = "" if earlier else "which no earlier run wrote"
         for one in read:
             with suppress(OSError, ValueError):  # told where it is read
                 if isinstance(one, Path) and path.samefile(one):

@@ -39,7 +39,7 @@ def run(asked: SizeOptions) -> None:
     known = read_catalogue(asked.catalogue)
     gaits = gaits_of(asked.gait)
     names = [f"{number}.npz" for number in range(1, len(gaits) + 1)]
-    keep_files(directory, (*names, MOTOR_FILE), (*asked.gait, asked.catalogue))
+    keep_files(directory, (MOTOR_FILE, *names), (*asked.gait, asked.catalogue), _head("size"))
     out = screen()
 
     def told(choices: tuple[Choice, ...]) -> None:
@@ -101,5 +101,8 @@ def motors_text(table: MotorTable, command: str) -> str:
         }
         for one in table.drives
     ]  # fmt: skip
-    head = f"# Motors and gears that gaitopt {command} chose; for --motors. SI units.\n\n"
-    return head + tomli_w.dumps({"motors": motors, "drives": drives})
+    return _head(command) + tomli_w.dumps({"motors": motors, "drives": drives})
+
+
+def _head(command: str) -> str:
+    return f"# Motors and gears that gaitopt {command} chose; for --motors. SI units.\n\n"

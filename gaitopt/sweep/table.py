@@ -295,7 +295,7 @@ def _parsed(condition: str, whole: str, rows: list[Row]) -> tuple[str, str, Valu
 
 def unknown_column(name: str, names: list[str]) -> str:
     """Return the sentence that there is no such column, with the names nearest to it."""
-    close = get_close_matches(name, names, n=3, cutoff=0.4)
+    close = [one for one in names if name in one][:3] or get_close_matches(name, names)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     return f"there is no column '{name}'; {hint}'gaitopt library DIR --columns list' lists all"
 

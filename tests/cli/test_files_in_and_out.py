@@ -78,6 +78,7 @@ def test_no_command_writes_what_it_reads(cli, tmp_path, monkeypatch, name, targe
         (("optimise", "--robot", "paper"), "robot.urdf", "gait.npz"),
         (("codesign", "--vary", "shin=25cm:35cm"), "spec.toml", "trials.jsonl"),
         (("size", "--catalogue", "catalogue.toml"), "motors.toml", "1.npz"),
+        (("size", "--catalogue", "catalogue.toml"), "1.npz", "motors.toml"),
     ],
 )
 def test_files_of_the_user_are_not_replaced_by_results(

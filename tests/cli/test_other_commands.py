@@ -147,6 +147,23 @@ def test_sweep_refuses_what_is_for_one_gait_only(cli, tmp_path):
         assert "No such option" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("optimise", "--html"), "--html, which is one of gaitopt inspect, play"),
+        (("check", "x.npz", "--speeds"), "--speeds, which is one of gaitopt sweep, codesign"),
+        (("optimise", "--sped", "1"), "--sped (Possible options: --seed, --spec, --speed)"),
+        (("robots", "--bogus"), "--bogus"),
+    ],
+)
+def test_an_option_of_another_command_is_told_as_that(cli, words, said):
+    result = cli(*words)
+    assert result.exit_code == 2
+    told = " ".join(result.stderr.replace("│", "").split())
+    assert f"No such option: {said}" in told
+    assert "--help)" not in told
+
+
 def test_help_says_whose_defaults_it_shows(cli):
     for command in ("optimise", "sweep"):
         shown = " ".join(cli(command, "--help").stdout.split())

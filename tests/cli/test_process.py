@@ -231,3 +231,18 @@ def test_helping_and_refusing_need_no_robot(words, code):
     )
     assert done.returncode == code, done.stderr
     assert done.stdout.splitlines()[-1] == "set()"
+
+
+WIDTHS = ("0", "1", "-3", "\u00b2", "wide", "9" * 12, "9" * 5000)
+
+
+@pytest.mark.parametrize("width", WIDTHS, ids=lambda text: text[:12])
+def test_a_width_that_no_terminal_has_counts_as_none(width):
+    widths = dict.fromkeys(("COLUMNS", "LINES", "TERMINAL_WIDTH"), width)
+    found = subprocess.run(
+        command("--help"), env=ENVIRONMENT | widths, capture_output=True, text=True, check=False,
+        timeout=60,
+    )  # fmt: skip
+    assert (found.returncode, found.stderr) == (0, "")
+    assert "Usage: gaitopt [OPTIONS] COMMAND [ARGS]..." in found.stdout
+    assert len(found.stdout) < 20_000

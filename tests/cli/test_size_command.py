@@ -26,6 +26,7 @@ def test_motors_and_gaits_are_written(cli, gait_file, tmp_path):
     used = cli("requirements", out / "1.npz", "--motors", out / "motors.toml")
     assert used.exit_code == 0, used.stderr
     assert "Before the gear" in used.stdout
+    assert cli("size", gait_file, "--catalogue", CATALOGUE, "-o", out).exit_code == 0  # its own
 
 
 def test_the_question_of_the_page_has_the_answer_of_the_page(cli, tmp_path, monkeypatch):
