@@ -31,7 +31,7 @@ _INDUCED = (0.5, 1.05)
 _MOST = {"inertia": 1.0, "mass": 200.0, "ratio": 1e4, "friction": 1e4}
 """Of numbers of motors and gears of robots that walk, in SI units: beyond it units are wrong."""
 _LEAST_RATIO = 0.01
-_MOST_DRIVES = 1000
+_MOST_ENTRIES = 1000  # drives of a table, ratios of a catalogue
 _KEY = "unit"
 
 
@@ -132,13 +132,7 @@ class Drive:
             raise SpecError(f"joints must be a pattern of joint names, got {self.joints!r}")
         where = f"drive of '{self.joints}'"
         _check_number(where, "ratio", self.ratio, "")
-        _check_number(where, "efficiency", self.efficiency, "")
-        if self.efficiency > 1.0:
-            raise SpecError(
-                f"{where}: the efficiency is {self.efficiency:g}; it must be a share, at most 1 "
-                "(0.9 for 90 %)"
-            )
-        _check_number(where, "friction", self.friction, "N·m", zero=True)
+        _check_losses(where, self.efficiency, self.friction)
         most = self.torque_per_current * self.motor.continuous_current
         if self.friction >= most:
             raise SpecError(
@@ -399,8 +393,9 @@ def motors_of(text: str, where: str = "motor table") -> MotorTable:
     entries = table.get("drives", [])
     if isinstance(entries, Mapping):
         raise SpecError(f"{where}: write each drive as [[drives]], with two brackets")
-    if isinstance(entries, list) and len(entries) > _MOST_DRIVES:
-        raise SpecError(f"{where}: {len(entries)} drives are too many; give {_MOST_DRIVES} at most")
+    if isinstance(entries, list) and len(entries) > _MOST_ENTRIES:
+        count = len(entries)
+        raise SpecError(f"{where}: {count} drives are too many; give {_MOST_ENTRIES} at most")
     if not isinstance(entries, list) or not entries:
         raise SpecError(
             f"{where}: there are no drives; say which joints have which motor, as in\n"
@@ -443,38 +438,25 @@ def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor],
 def _gear(where: str, entry: Mapping[str, object]) -> dict[str, Any]:
     """Return ratios, efficiency and friction of a catalogue's gears, checked."""
     check_keys(where, entry, ("ratios", "efficiency", "friction"), SpecError)
-    found = _numbers(where, {k: v for k, v in entry.items() if k != "ratios"}, _Gear, ())
+    found = _numbers(where, {k: v for k, v in entry.items() if k != "ratios"}, Drive, ())
     ratios = entry.get("ratios", [])
-    if not isinstance(ratios, list) or len(ratios) > _MOST_RATIOS:
-        raise SpecError(f"{where}: ratios must be a list of at most {_MOST_RATIOS} numbers")
+    if not isinstance(ratios, list) or len(ratios) > _MOST_ENTRIES:
+        raise SpecError(f"{where}: ratios must be a list of at most {_MOST_ENTRIES} numbers")
     for ratio in ratios:
         _check_number(where, "ratio", ratio, "")
-    gear = _Gear(**found)
-    return {"ratios": tuple(map(float, ratios)), "efficiency": gear.efficiency,
-            "friction": gear.friction}  # fmt: skip
+    losses = {"efficiency": 1.0, "friction": 0.0, **found}
+    _check_losses(where, **losses)
+    return {"ratios": tuple(map(float, ratios)), **losses}
 
 
-_MOST_RATIOS = 1000
-
-
-@dataclass(frozen=True)
-class _Gear:
-    """The gears of a catalogue.
-
-    Raises:
-        SpecError: a number is out of range.
-    """
-
-    efficiency: float = _number("", 1.0)
-    friction: float = _number("N·m", 0.0)
-
-    def __post_init__(self) -> None:
-        _check_number("gear", "efficiency", self.efficiency, "")
-        if self.efficiency > 1.0:
-            raise SpecError(
-                f"gear: the efficiency is {self.efficiency:g}; it must be a share, at most 1"
-            )
-        _check_number("gear", "friction", self.friction, "N·m", zero=True)
+def _check_losses(where: str, efficiency: float, friction: float) -> None:
+    _check_number(where, "efficiency", efficiency, "")
+    if efficiency > 1.0:
+        raise SpecError(
+            f"{where}: the efficiency is {efficiency:g}; it must be a share, at most 1 (0.9 for "
+            "90 %)"
+        )
+    _check_number(where, "friction", friction, "N·m", zero=True)
 
 
 @cache

@@ -30,7 +30,6 @@ from gaitopt.importers.mjcf_robot import (
     CompiledLoop,
     CompiledRobot,
     CompiledSite,
-    CompiledTie,
     fault_of,
     pose,
     pose_of,
@@ -455,33 +454,30 @@ class _Extraction:
                 self._announce("limits", name, text, "changed")
         return problems
 
-    def _ties(self, joints: set[int]) -> tuple[tuple[CompiledTie, ...], list[FileProblem]]:
+    def _ties(self, joints: set[int]) -> tuple[tuple[Tie, ...], list[FileProblem]]:
         """Return which joints follow others, and all that ties joints as problems."""
         elements = [e for section in self.tree.root.findall("equality") for e in section]
         slides = {j for j in joints if int(self.model.jnt_type[j]) != self.bodies.hinge}
         hinges = [self.joint_names[j] for j in joints - slides]
-        ties, told, others = dict[str, CompiledTie](), dict[str, Equality](), []
+        ties, told, others = dict[str, Tie](), dict[str, Equality](), []
         for equality in self.equalities:
             fault = ""
             if equality.pair is not None:
                 joint, master = (self.joint_names[j] for j in equality.pair)
-                written = Tie.of(joint, master, equality.coefficients).coefficients
-                tie = CompiledTie(joint, master, written)
                 fault = "a joint can follow one other only; remove that <joint>"
                 if joint not in told:
-                    ties[joint], told[joint] = tie, equality
+                    ties[joint] = Tie.of(joint, master, equality.coefficients)
+                    told[joint] = equality
                     continue
             others.append((equality, fault))
         for joint, equality in told.items():
-            tie = ties[joint]
-            fault = fault_of_tie(Tie.of(joint, tie.master, tie.coefficients), hinges)
+            fault = fault_of_tie(ties[joint], hinges)
             if joint not in hinges:
                 fault = "it slides or is a ball; remove that <joint>"
             if fault:
                 others.append((equality, fault))
                 del ties[joint]
-        sound = {name: Tie.of(name, t.master, t.coefficients) for name, t in ties.items()}
-        for joint, fault in resolved(sound)[1].items():
+        for joint, fault in resolved(ties)[1].items():
             others.append((told[joint], fault))
             del ties[joint]
         problems = []

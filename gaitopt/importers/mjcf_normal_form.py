@@ -25,7 +25,6 @@ from gaitopt.importers.mjcf_robot import (
     CompiledMesh,
     CompiledRobot,
     CompiledSite,
-    CompiledTie,
     Pose,
     fault_of,
     quaternion,
@@ -299,16 +298,16 @@ def _possible(body: CompiledBody) -> bool:
 def _sound(robot: CompiledRobot) -> bool:
     """Whether every tie is one that `mjcf_extract` lets pass."""
     hinges = [joint.name for joint in robot.joints if joint.kind == "hinge"]
-    ties = {tie.joint: Tie.of(tie.joint, tie.master, tie.coefficients) for tie in robot.ties}
+    ties = {tie.joint: tie for tie in robot.ties}
     alone = len(ties) == len(robot.ties) and {*ties} <= {*hinges}
     return alone and not (any(fault_of_tie(t, hinges) for t in ties.values()) or resolved(ties)[1])
 
 
-def _read_tie(element: Element) -> CompiledTie:
+def _read_tie(element: Element) -> Tie:
     found = _read(element, _TIE)
     if not _COEFFICIENTS[0] <= len(found["coefficients"]) <= _COEFFICIENTS[1]:
         raise NotNormalError("polycoef")
-    return CompiledTie(**found)
+    return Tie.of(**found)
 
 
 def _write_body(parent: Element, body: CompiledBody) -> Element:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -164,29 +165,6 @@ class CompiledBody:
 
 
 @dataclass(frozen=True)
-class CompiledTie:
-    """A joint that follows another: from its `ref` it is as far as MuJoCo's `polycoef` says.
-
-    Attributes:
-        joint, master: names of the joint that follows and of the one that it follows.
-        coefficients: of the powers of the distance of the master from its `ref` [rad or m], two to
-            five of them.
-    """
-
-    joint: str
-    master: str
-    coefficients: tuple[float, ...]
-
-    def about(self, ref: float, ref_of_master: float) -> Tie:
-        """Return the tie in the coordinates of the joints, given their `ref`."""
-        if len(self.coefficients) > 2:
-            shifted = Polynomial(self.coefficients)(Polynomial([-ref_of_master, 1.0]))
-            return Tie.of(self.joint, self.master, (shifted + ref).coef)
-        constant, slope = self.coefficients
-        return Tie(self.joint, self.master, slope, ref + constant - slope * ref_of_master)
-
-
-@dataclass(frozen=True)
 class CompiledLoop:
     """Two sites that an equality holds together, so that a loop of bodies is closed.
 
@@ -210,7 +188,8 @@ class CompiledRobot:
         bodies: parents before children, depth first; the first is the root.
         meshes: that geoms show.
         keyframes: name and joint coordinates [rad or m] by joint name, balls left out.
-        ties: of joints that follow others, each sound.
+        ties: of joints that follow others, each sound, as MuJoCo's `polycoef` has them: in how far
+            both are from their `ref`.
         loops: of bodies that are closed.
         motors: names of the joints in these loops that actuators turn.
     """
@@ -220,7 +199,7 @@ class CompiledRobot:
     bodies: tuple[CompiledBody, ...]
     meshes: tuple[CompiledMesh, ...] = ()
     keyframes: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
-    ties: tuple[CompiledTie, ...] = ()
+    ties: tuple[Tie, ...] = ()
     loops: tuple[CompiledLoop, ...] = ()
     motors: tuple[str, ...] = ()
 
@@ -237,8 +216,16 @@ class CompiledRobot:
     @property
     def followers(self) -> dict[str, Tie]:
         """Joints that follow others, in their coordinates."""
-        ref = {joint.name: joint.ref for joint in self.joints}
-        return {tie.joint: tie.about(ref[tie.joint], ref[tie.master]) for tie in self.ties}
+        ref, found = {joint.name: joint.ref for joint in self.joints}, dict[str, Tie]()
+        for tie in self.ties:
+            own, its = ref[tie.joint], ref[tie.master]
+            if tie.bend:
+                shifted = Polynomial(tie.coefficients)(Polynomial([-its, 1.0])) + own
+                found[tie.joint] = Tie.of(tie.joint, tie.master, shifted.coef)
+            else:
+                offset = own + tie.offset - tie.multiplier * its
+                found[tie.joint] = replace(tie, offset=offset)
+        return found
 
 
 def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:

@@ -38,6 +38,20 @@ def joint_model(axis: Array, slides: bool) -> pin.JointModel:
     return kind(axis / np.linalg.norm(axis))
 
 
+def joint_motions(model: pin.Model) -> Array:
+    """Return the motion of all joints but the first per rate, each in its own frame, shape (n, 6).
+
+    Linear before angular, of joints of one degree of freedom.
+    """
+    data = model.createData()
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    columns = [
+        pin.getJointJacobian(model, data, joint, pin.LOCAL)[:, model.joints[joint].idx_v]
+        for joint in range(2, model.njoints)
+    ]
+    return np.array(columns).reshape(-1, 6)
+
+
 def mark_joint_frames(model: pin.Model) -> pin.Model:
     """Mark, in a model just read, the frames of joints whose name a link has; return the model."""
     links = {frame.name for frame in model.frames if frame.type == pin.FrameType.BODY}

@@ -12,67 +12,66 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import LoadMesh, MeshProblem
-from gaitopt.importers.physics import Physics
+from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, load_mesh
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.ties import Tie
-from gaitopt.importers.urdf_check import check_urdf, passive_joints, read_ties, urdf_findings
-from gaitopt.importers.urdf_document import Description, describe
+from gaitopt.importers.urdf_check import CheckedUrdf, check_urdf, urdf_findings
 from gaitopt.importers.urdf_model import (
     Kind,
-    Rotor,
-    Shapes,
     add_armature,
     build_geometry,
     diagonals,
     mesh_problems,
     model_of_urdf,
-    read_rotors,
-    read_shapes,
 )
-from gaitopt.importers.xml_document import FileProblem, XmlTree, parse_xml
-
-_KINDS: dict[pin.GeometryType, Kind] = {
-    pin.GeometryType.VISUAL: "visual",
-    pin.GeometryType.COLLISION: "collision",
-}
+from gaitopt.importers.xml_document import XmlTree, parse_xml
 
 
 @dataclass(frozen=True, eq=False)
 class UrdfSource(Source):
-    """A URDF."""
+    """A URDF.
+
+    Attributes:
+        said: what it says.
+    """
 
     format = "urdf"
+    said: CheckedUrdf
     _broken: dict[tuple[str, str], MeshProblem] = field(
         default_factory=dict, init=False, repr=False
     )
 
     @cached_property
     def physics(self) -> Physics:
-        return Physics(passive_joints(self._description))
+        joints = self.said.robot.joints.values()
+        passive = (
+            (j.name, PassiveJoint((j.damping,) if j.damping else (), j.friction)) for j in joints
+        )
+        return Physics({name: joint for name, joint in passive if not joint.idle})
 
-    @cached_property
+    @property
     def ties(self) -> Mapping[str, Tie]:
-        return read_ties(self._description)[0]
+        return self.said.ties
 
     def mesh_problems(self) -> list[MeshProblem]:
-        found = mesh_problems(self._read_shapes.shapes, self._paths)
+        found = mesh_problems(self.said.shapes, self._paths)
         known = {(problem.link, problem.file) for problem in found}
         return found + [p for place, p in self._broken.items() if place not in known]
 
     def findings(self) -> tuple[Finding, ...]:
-        return urdf_findings(self._description, self._rotors, self._diagonals)
+        return urdf_findings(self.said.robot, self.said.rotors, self._diagonals)
 
     def _build(self) -> pin.Model:
-        model = model_of_urdf(self._description)
-        add_armature(model, self._rotors)
+        model = model_of_urdf(self.said.robot)
+        add_armature(model, self.said.rotors)
         return model
 
     def _shapes(
         self, kind: pin.GeometryType, links: Collection[str] | None, load: LoadMesh
     ) -> pin.GeometryModel | None:
-        wanted = self._read_shapes.of(_KINDS[kind])
+        wanted = (shape for shape in self.said.shapes if shape.kind == kind.name.lower())
         shapes, broken = build_geometry(self._whole, wanted, self._paths, load, links)
         self._broken.update({(problem.link, problem.file): problem for problem in broken})
         return shapes if shapes.ngeoms else None
@@ -80,22 +79,9 @@ class UrdfSource(Source):
     def _mesh_files(self) -> list[str]:
         return [mesh.get("filename", "") for mesh in self.tree.root.iter("mesh")]
 
-    @cached_property
-    def _description(self) -> Description:
-        return describe(self.tree)
-
-    @cached_property
-    def _rotors(self) -> tuple[Rotor, ...]:
-        return read_rotors(self.tree, self._description)[0]
-
-    @cached_property
-    def _read_shapes(self) -> Shapes:
-        return read_shapes(self.tree)
-
     def _diagonals(self, kind: Kind, links: Collection[str]) -> dict[str, float]:
         """Return the diagonals of boxes about the shapes of some links [m]."""
-        which = next(key for key, value in _KINDS.items() if value == kind)
-        shapes = self._shapes(which, links, load_mesh)
+        shapes = self._shapes(getattr(pin.GeometryType, kind.upper()), links, load_mesh)
         return {} if shapes is None else diagonals(self._whole, shapes)
 
 
@@ -115,8 +101,8 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
     text, path = _text(urdf)
     dirs = tuple(map(str, package_dirs))
     if (checked := _checked_urdf(text)) is not None:
-        tree, problems = checked
-        return UrdfSource(text, path, dirs, problems, tree)
+        tree, said = checked
+        return UrdfSource(text, path, dirs, said.problems, tree, said)
     tree = parse_xml(text)
     if tree.root.tag == "mujocoinclude":
         raise RobotError(
@@ -128,8 +114,8 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
 
 
 @lru_cache(maxsize=2)  # whoever draws a robot that was just designed for has the same text
-def _checked_urdf(text: str) -> tuple[XmlTree, tuple[FileProblem, ...]] | None:
-    """Return a URDF parsed, and what is odd in it; None for a file of MuJoCo's."""
+def _checked_urdf(text: str) -> tuple[XmlTree, CheckedUrdf] | None:
+    """Return a URDF parsed and checked; None for a file of MuJoCo's."""
     tree = parse_xml(text)
     return None if tree.root.tag.startswith("mujoco") else (tree, check_urdf(tree))
 

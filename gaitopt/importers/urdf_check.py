@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
-from gaitopt.importers.physics import PassiveJoint
 from gaitopt.importers.pinocchio_model import MOST_JOINTS, inertia_fault
 from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
 from gaitopt.importers.ties import Tie, fault_of_tie, resolved
@@ -31,7 +31,7 @@ from gaitopt.importers.urdf_document import (
     limit_unit,
     name_problems,
 )
-from gaitopt.importers.urdf_model import Kind, Rotor, read_rotors, read_shapes, refuse_taken
+from gaitopt.importers.urdf_model import Kind, Rotor, Shape, read_rotors, read_shapes, refuse_taken
 from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number
 from gaitopt.nlp import Array
 
@@ -51,8 +51,27 @@ Measure = Callable[[Kind, Collection[str]], dict[str, float]]
 """Returns the diagonals of boxes about the shapes of a kind of some links [m]."""
 
 
-def check_urdf(tree: XmlTree) -> tuple[FileProblem, ...]:
-    """Return what is suspicious in a URDF but does not stop reading, in the order of the file.
+@dataclass(frozen=True, eq=False)
+class CheckedUrdf:
+    """All that a URDF says.
+
+    Attributes:
+        robot: links and joints.
+        rotors: of its motors.
+        ties: of joints that follow others.
+        shapes: that can be drawn or touched.
+        problems: what is suspicious but did not stop reading, in the order of the file.
+    """
+
+    robot: Description
+    rotors: tuple[Rotor, ...]
+    ties: dict[str, Tie]
+    shapes: tuple[Shape, ...]
+    problems: tuple[FileProblem, ...]
+
+
+def check_urdf(tree: XmlTree) -> CheckedUrdf:
+    """Read a URDF.
 
     Raises:
         RobotError: naming the line, the link or joint, the value, and what is allowed.
@@ -71,7 +90,7 @@ def check_urdf(tree: XmlTree) -> tuple[FileProblem, ...]:
     try:
         robot = describe(tree)
         refuse_taken(robot)
-        rotors = read_rotors(tree, robot)[1]
+        rotors, alone = read_rotors(tree, robot)
     except RobotError as error:
         # What is misspelt is missing, too: that is said once.
         new = [fault for fault in faults_of(error) if _place(fault) not in spelt]
@@ -81,10 +100,12 @@ def check_urdf(tree: XmlTree) -> tuple[FileProblem, ...]:
         problems += _inertial_problems(link)
     for joint in robot.joints.values():
         problems += [*_joint_problems(joint), *_unread_problems(joint)]
-    problems += read_ties(robot)[1]
-    problems += [*_massless(robot), *_placeholders(robot), *name_problems(tree), *rotors]
-    problems += read_shapes(tree).problems
-    return tuple(sorted(problems, key=lambda problem: problem.line))
+    ties, told = _read_ties(robot)
+    shapes, lost = read_shapes(tree)
+    problems += [*told, *_massless(robot), *_placeholders(robot), *name_problems(tree)]
+    problems += [*alone, *lost]
+    problems.sort(key=lambda problem: problem.line)
+    return CheckedUrdf(robot, rotors, ties, shapes, tuple(problems))
 
 
 def _place(fault: str) -> str:
@@ -111,7 +132,7 @@ def locked_mimics(
     return tuple(told if p is others[0] else p for p in problems if p not in others[1:])
 
 
-def read_ties(robot: Description) -> tuple[dict[str, Tie], list[FileProblem]]:
+def _read_ties(robot: Description) -> tuple[dict[str, Tie], list[FileProblem]]:
     """Return the joints of a URDF that follow others, and every <mimic> as a problem.
 
     Its kind is "tied" where the joint can follow, which matters where the other does not move, and
@@ -286,15 +307,6 @@ def _tensor(link: Link) -> Array:
 
 
 # Findings
-
-
-def passive_joints(robot: Description) -> dict[str, PassiveJoint]:
-    """Return damping and friction of the joints that have any."""
-    return {
-        name: PassiveJoint((joint.damping,) if joint.damping else (), joint.friction)
-        for name, joint in robot.joints.items()
-        if joint.damping or joint.friction
-    }
 
 
 def urdf_findings(

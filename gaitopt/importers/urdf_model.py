@@ -321,25 +321,11 @@ class Shape:
     colour: Colour | None = None
 
 
-@dataclass(frozen=True)
-class Shapes:
-    """All shapes of a robot.
+def read_shapes(tree: XmlTree) -> tuple[tuple[Shape, ...], list[FileProblem]]:
+    """Return the shapes of a URDF, read without any mesh, in the order of the file.
 
-    Attributes:
-        shapes: that can be drawn or touched, in the order of the file.
-        problems: one for all that cannot, one for all materials at fault.
+    One problem tells of all that cannot be drawn or touched, one of all materials at fault.
     """
-
-    shapes: tuple[Shape, ...]
-    problems: tuple[FileProblem, ...]
-
-    def of(self, kind: Kind) -> Iterator[Shape]:
-        """Yield the shapes of one kind."""
-        return (shape for shape in self.shapes if shape.kind == kind)
-
-
-def read_shapes(tree: XmlTree) -> Shapes:
-    """Return the shapes of a URDF, read without any mesh."""
     version = read_version(tree)
     lost: list[FileProblem] = []
     odd: list[FileProblem] = []
@@ -357,8 +343,7 @@ def read_shapes(tree: XmlTree) -> Shapes:
                     continue
                 colour = _colour(owner, part, known, odd) if kind == "visual" else None
                 shapes.append(Shape(owner.name, kind, part, pose, form, size, file, colour))
-    problems = (*_merged(lost, ": it is left out"), *_merged(odd))
-    return Shapes(tuple(shapes), problems)
+    return tuple(shapes), [*_merged(lost, ": it is left out"), *_merged(odd)]
 
 
 def _form(

@@ -37,7 +37,14 @@ from gaitopt.model.legs.leg_detection import (
     standing_side,
 )
 from gaitopt.model.legs.leg_geometry import missing_joints
-from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
+from gaitopt.model.legs.overrides import (
+    add_payloads,
+    loaded_joints,
+    override,
+    override_bodies,
+    without_armature,
+    without_mended,
+)
 from gaitopt.model.legs.reference_posture import (
     reference_angles,
     reference_configuration,
@@ -47,7 +54,6 @@ from gaitopt.model.legs.reference_posture import (
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
 from gaitopt.model.linkage import Linkage
 from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
-from gaitopt.model.payload import add_payloads, loaded_joints
 from gaitopt.model.physics_report import armature_findings, loop_findings
 from gaitopt.model.proportions import change_feet, proportioned
 from gaitopt.model.symmetry import Symmetrised, leg_exchange

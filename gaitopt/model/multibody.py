@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import NUMBER
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.pinocchio_model import joint_coordinate, reduced, rigid_body
+from gaitopt.importers.pinocchio_model import joint_coordinate, joint_motions, reduced, rigid_body
 from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
 from gaitopt.model.chain import RootedChain
 from gaitopt.model.chain_physics import CarriedWeight
@@ -294,7 +294,8 @@ def multibody(
     bends = coupling.coefficients[tied, 2:]
     placement, carried_by = _placements(whole, even, q, set(chain.names))
     bodies = _bodies(whole, even, carried_by)
-    axis, revolute = _axes(whole)
+    motions = joint_motions(whole)
+    revolute = np.abs(motions[:, 3:]).max(axis=1) > 0.0
     count, passive = len(names), chain.physics.passive
     armature = np.array(whole.armature[6:])
     for row, name in zip(driven, chain.names, strict=True):
@@ -316,7 +317,7 @@ def multibody(
         parent=np.array([whole.parents[j] - 2 for j in range(2, whole.njoints)], dtype=np.int64),
         revolute=revolute,
         placement=placement,
-        axis=axis,
+        axis=np.where(revolute[:, None], motions[:, 3:], motions[:, :3]),
         posture=np.array([joint_coordinate(joint, q) for joint in whole.joints[2:]]),
         moving=moving,
         tied=driven[tied],
@@ -411,19 +412,6 @@ def checked_multibody(body: Multibody) -> Multibody:
     except RuntimeError as error:  # Pinocchio judges the inertias
         raise RobotError(f"the robot of the gait is not one: {error}") from error
     return body
-
-
-def _axes(model: pin.Model) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the axes of the joints in their own frames, and which of them turn."""
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    columns = [
-        pin.getJointJacobian(model, data, joint, pin.LOCAL)[:, model.joints[joint].idx_v]
-        for joint in range(2, model.njoints)
-    ]
-    motion = np.array(columns).reshape(-1, 6)
-    revolute = np.abs(motion[:, 3:]).max(axis=1) > 0.0
-    return np.where(revolute[:, None], motion[:, 3:], motion[:, :3]), revolute
 
 
 def _placements(

@@ -153,9 +153,13 @@ def _finding(part: str, text: str) -> Finding:
 
 
 class _Knee(NamedTuple):
-    """The knee of a leg: its row, and the level ways from it to hip and ankle, in the root link."""
+    """The knee of a leg: its row, and the level ways from it to hip and ankle, in the root link.
+
+    And how far to the left the hip is.
+    """
 
     row: int
+    left: float
     hip: Array
     ankle: Array
 
@@ -170,7 +174,7 @@ def _knee(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> _Knee:
     row = find_knee(points, axes, hip, ankle, np.zeros(len(rows)), beyond).row
     u = axes[row]
     level = [v - (v @ u) * u for v in (hip - points[row], ankle - points[row])]
-    return _Knee(row, rotation @ level[0], rotation @ level[1])
+    return _Knee(row, float(hip[1]), rotation @ level[0], rotation @ level[1])
 
 
 def _lengthen(
@@ -185,7 +189,7 @@ def _lengthen(
     """Change a length of both legs; return what it was [m]."""
     at = straight.placements
     if one.part == HIP_WIDTH:
-        across = [float(_hip(straight, leg, rotation)[1]) for leg in legs]
+        across = [knee.left for knee in knees]
         own, sign = abs(across[1] - across[0]), float(np.sign(across[1] - across[0]))
         _refuse_little(one, own, one.longer, "m")
         for leg, side in zip(legs, (-sign, sign), strict=True):
@@ -203,13 +207,6 @@ def _lengthen(
         size = float(e @ (at[below].translation - at[above].translation))
         _stretch(model, at, above, moving, e, 1.0 + one.longer / size)
     return float(np.mean(lengths))
-
-
-def _hip(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> Array:
-    rows = list(leg)
-    points, axes = straight.points[rows] @ rotation, straight.axes[rows] @ rotation
-    points = points_on_lines(points, axes, [0, *range(len(rows) - 1)])
-    return centre(points, axes, hip_and_ankle(points, axes)[0])
 
 
 def _part(model: pin.Model, joint: int, moving: Sequence[int]) -> list[int]:

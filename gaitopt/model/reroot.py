@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.pinocchio_model import reduced
+from gaitopt.importers.pinocchio_model import joint_motions, reduced
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.nlp import Array
 
@@ -37,23 +37,10 @@ def lock_upper_body(
         moving: names of further joints to keep (waist, arms, head).
 
     Raises:
-        RobotError: one leg has more joints than the other, or one of the joints to be kept is not
-            revolute or does not exist.
+        RobotError: a sole is no frame but a joint.
     """
     stance, swing = leg_joints(model, stance_sole, swing_sole)
-    for sole, count in ((stance_sole, len(stance)), (swing_sole, len(swing))):
-        if count != len(stance) or count == 0:
-            raise RobotError(
-                f"the leg that ends in frame '{sole}' has {count} joints of its own; "
-                "gaitopt needs two legs of as many revolute joints each"
-            )
-    kept = stance | swing | {_joint_named(model, name) for name in moving}
-    for joint in kept:
-        if model.joints[joint].nv != 1:
-            raise RobotError(
-                f"joint '{model.names[joint]}' has {model.joints[joint].nv} degrees of freedom; "
-                "every joint that moves must be revolute"
-            )
+    kept = stance | swing | {int(model.getJointId(name)) for name in moving}
     locked = [j for j in range(2, model.njoints) if j not in kept]
     q = pin.neutral(model) if posture is None else posture
     return reduced(model, locked, q)
@@ -136,24 +123,8 @@ def _outward(model: pin.Model, foot: int, swing_foot: int) -> Iterator[tuple[int
 
 
 def joint_axes(model: pin.Model) -> Array:
-    """Return the unit axes of all joints but the first, each in its own frame, shape (n, 3).
-
-    Raises:
-        RobotError: one of them is not revolute.
-    """
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    axes = np.zeros((model.njoints - FIRST, 3))
-    for joint, axis in enumerate(axes, FIRST):
-        column = model.joints[joint].idx_v
-        twist = pin.getJointJacobian(model, data, joint, pin.LOCAL)[:, column]
-        if abs(np.linalg.norm(twist[3:]) - 1.0) > 1e-9 or np.abs(twist[:3]).max() > 1e-12:
-            raise RobotError(
-                f"joint '{model.names[joint]}' is not revolute; every joint that moves must be "
-                "revolute"
-            )
-        axis[:] = twist[3:]
-    return axes
+    """Return the unit axes of all joints but the first, each in its own frame, shape (n, 3)."""
+    return joint_motions(model)[:, 3:]
 
 
 def _add_joint(
@@ -178,15 +149,6 @@ def _add_joint(
 
 def _supports(model: pin.Model, frame: str) -> set[int]:
     return {j for j in model.supports[_joint_of(model, frame)] if j > 1}
-
-
-def _joint_named(model: pin.Model, name: str) -> int:
-    if not model.existJointName(name):
-        raise RobotError(
-            f"there is no joint '{name}' to be kept moving; there are "
-            f"{', '.join(map(str, model.names[2:]))}"
-        )
-    return int(model.getJointId(name))
 
 
 def _joint_of(model: pin.Model, frame: str) -> int:

@@ -29,7 +29,7 @@ def edited(pattern, replacement):
 
 
 def checked(text):
-    return check_urdf(parse_xml(text))
+    return check_urdf(parse_xml(text)).problems
 
 
 def line_of(text, part):

@@ -362,16 +362,6 @@ def _plane(points: Array, radii: Array | None) -> Array | None:
     return np.asarray(axes[2]) if flat else None
 
 
-def levelled(place: pin.SE3, pivot: Array, turn: Array) -> pin.SE3:
-    """Return a placement turned about a point.
-
-    Args:
-        pivot: the point, in that frame [m], shape (3,).
-        turn: rotation, shape (3, 3).
-    """
-    return pin.SE3(turn @ place.rotation, pivot + turn @ (place.translation - pivot))
-
-
 def _other_rectangles(flat: Array) -> dict[str, Edges]:
     """Return rectangles that suit a flat part that is none, toe, heel, left and right by name.
 

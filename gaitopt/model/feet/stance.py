@@ -14,7 +14,6 @@ from gaitopt.importers.source import Source
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import (
     MOST_TILTED,
-    levelled,
     lowest_face,
     sole_normal,
 )
@@ -174,7 +173,9 @@ def level_feet(
     for side, turn in enumerate(turns):
         angle = float(np.linalg.norm(pin.log3(turn)))
         if angle > 0.0:
-            places[side] = levelled(places[side], stance.ankles[side], turn)
+            place, ankle = places[side], stance.ankles[side]
+            arm = turn @ (place.translation - ankle)
+            places[side] = pin.SE3(turn @ place.rotation, ankle + arm)
             text = (
                 f"is tilted by {np.degrees(angle):.2f} degrees in the reference posture; its sole "
                 "was taken level"

@@ -121,11 +121,20 @@ def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None)
     axes = [np.array(AXES[name]) for name in _UP_ORDER] if up is None else [up]
     for axis in axes:
         ends = feet or _lowest_pair(posed, axis)
-        if ends is not None and (up is not None or _hangs(posed, ends, axis)):
-            return _lowest_legs(posed, ends, axis, named=feet is not None)
+        if ends is None or not (up is not None or _hangs(posed, ends, axis)):
+            continue
+        if feet is not None:
+            return _checked(posed, ends, axis, trim=False)
+        if (crowd := _many_legs(posed, ends, axis)) is not None:
+            raise crowd
+        try:
+            return _checked(posed, ends, axis, trim=True)
+        except RobotError as fault:
+            raise _no_legs(posed, ends, fault) from None
     if feet is not None:
         return _checked(posed, feet, axes[0], trim=False)
-    lying = [pair for pair in mirrored_pairs(posed) if _side_by_side(posed, pair)]
+    mirrored = (pair for pair in _leg_like(posed) if mirror_normal(posed, pair) is not None)
+    lying = [(a[-1], b[-1]) for a, b in mirrored if _side_by_side(posed, (a[-1], b[-1]))]
     if up is not None or len(lying) != 1 or unequal_pair(posed) is not None:
         raise _no_pair(posed)
     pair = _checked(posed, lying[0], -unit(_downwards(posed, lying[0])), trim=False)
@@ -257,12 +266,6 @@ def axes_apart(first: Array, other: Array, normal: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
 
 
-def mirrored_pairs(posed: PosedModel) -> list[tuple[int, int]]:
-    """Return the ends of all pairs of chains, long as legs, that mirror each other."""
-    pairs = _leg_like(posed)
-    return [(a[-1], b[-1]) for a, b in pairs if mirror_normal(posed, (a, b)) is not None]
-
-
 def unequal_pair(posed: PosedModel) -> UnequalPair | None:
     """Return the two chains, long as legs, that nearly mirror each other, None if none do.
 
@@ -326,18 +329,6 @@ def _mirror_gaps(posed: PosedModel, legs: tuple[list[int], list[int]]) -> Array:
         start = np.linalg.norm(gap - (gap @ normal) * normal)
         found.append(np.r_[start, np.linalg.norm(steps[0] - mirrored, axis=1)])
     return min(found, key=lambda gaps: (int((gaps > most).sum()), float(gaps.sum())))
-
-
-def _lowest_legs(posed: PosedModel, ends: tuple[int, int], up: Array, *, named: bool) -> LegPair:
-    if named:
-        return _checked(posed, ends, up, trim=False)
-    crowd = _many_legs(posed, ends, up)
-    if crowd is not None:
-        raise crowd
-    try:
-        return _checked(posed, ends, up, trim=True)
-    except RobotError as fault:
-        raise _no_legs(posed, ends, fault) from None
 
 
 def _lowest_pair(posed: PosedModel, up: Array) -> tuple[int, int] | None:

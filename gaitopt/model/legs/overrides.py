@@ -1,4 +1,4 @@
-"""Limits, armatures, masses and inertias that the user sets in place of those of the file."""
+"""Limits, armatures, masses and inertias in place of those of the file, and loads on top of it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,14 @@ from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.pinocchio_model import inertia_fault, rigid_body
 from gaitopt.importers.report import Finding
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.import_options import LIMIT_UNITS, InertiaOverride, LimitOverride, matching
-from gaitopt.model.legs.kinematic_tree import joint_slides
+from gaitopt.model.import_options import (
+    LIMIT_UNITS,
+    InertiaOverride,
+    LimitOverride,
+    Payload,
+    matching,
+)
+from gaitopt.model.legs.kinematic_tree import LegJoints, joint_slides
 from gaitopt.model.legs.leg_detection import joint_count
 from gaitopt.units import motion_words
 
@@ -30,6 +36,8 @@ _ATTRIBUTES = {
 _OPPOSITE = {"torque": "lowerEffortLimit", "speed": "lowerVelocityLimit"}
 _SAME_MASS = 1e-9  # relative: a joint's mass is that of its links, but for rounding
 _SHOWN = 3  # links
+TORSO, PELVIS = "torso", "pelvis"
+"""Names that mean a link of any robot, if none of its links bears them."""
 
 
 def override(
@@ -132,11 +140,7 @@ def override_bodies(
     """
     changed, findings, names = model.copy(), [], set()
     for entry in overrides:
-        links = {
-            str(f.name): k
-            for k, f in enumerate(changed.frames)
-            if f.type == pin.FrameType.BODY and f.parentJoint
-        }
+        links = _links(changed)
         meant = [name for name in links if fnmatchcase(name, entry.links)]
         if not meant:
             raise RobotError(
@@ -146,6 +150,15 @@ def override_bodies(
         names.update(meant)
         findings.append(Finding("inertia", entry.links, _body_words(entry, before), "given"))
     return changed, findings, frozenset(names)
+
+
+def _links(model: pin.Model) -> dict[str, int]:
+    """Return the frames of links by name."""
+    return {
+        str(frame.name): row
+        for row, frame in enumerate(model.frames)
+        if frame.type == pin.FrameType.BODY and frame.parentJoint
+    }
 
 
 def without_mended(
@@ -217,3 +230,66 @@ def _body_words(entry: InertiaOverride, before: dict[str, pin.Inertia]) -> str:
     was = ", ".join(f"'{name}' {body.mass:g} kg" for name, body in list(before.items())[:_SHOWN])
     more = f" and {len(before) - _SHOWN} more" if len(before) > _SHOWN else ""
     return f"{', '.join(parts)} in place of those of the file: {was}{more}"
+
+
+def add_payloads(
+    model: pin.Model, payloads: Iterable[Payload], legs: LegJoints
+) -> tuple[tuple[Payload, ...], list[Finding]]:
+    """Fix loads to the links of a model, in place.
+
+    Returns:
+        The loads with names of links of the file and with their places; what is said of them.
+
+    Raises:
+        RobotError: there is no link of that name.
+    """
+    placed = [_placed(model, payload, legs) for payload in payloads]
+    findings = []
+    for payload in placed:
+        frame = model.frames[_links(model)[payload.link]]
+        body = pin.Inertia.FromBox(payload.mass, *payload.box)
+        body.lever = np.array(payload.place)
+        model.inertias[frame.parentJoint] += frame.placement.act(body)
+        box = " x ".join(f"{length:g}" for length in payload.box)
+        shape = f", a box of {box} m" if any(payload.box) else ""
+        at = "({:g}, {:g}, {:g})".format(*np.round(body.lever, 6))
+        text = f"carries {payload.mass:g} kg at {at} m of its frame{shape}"
+        findings.append(Finding("payload", payload.link, text, "given"))
+    return tuple(placed), findings
+
+
+def loaded_joints(model: pin.Model, payloads: Iterable[Payload]) -> frozenset[int]:
+    """Return the joints of the links that loads name; those of no such link are left out."""
+    links = _links(model)
+    return frozenset(
+        int(model.frames[links[p.link]].parentJoint) for p in payloads if p.link in links
+    )
+
+
+def _placed(model: pin.Model, payload: Payload, legs: LegJoints) -> Payload:
+    links, name = _links(model), payload.link
+    if name not in links and name in (TORSO, PELVIS):
+        joint = int(model.parents[legs[0][0]])
+        if name == TORSO:  # the heaviest body that is not of the legs
+            hips = {leg[0] for leg in legs}
+            others = [j for j in range(1, model.njoints) if hips.isdisjoint(model.supports[j])]
+            joint = max(others, key=lambda j: float(model.inertias[j].mass))
+        name = _link_of(model, joint)
+    if name not in links:
+        raise RobotError(
+            f"payload: there is no link '{name}'; {did_you_mean(name, links)}give {TORSO}, "
+            f"{PELVIS} or one of {', '.join(links)}"
+        )
+    if payload.place is not None:
+        return replace(payload, link=name)
+    frame = model.frames[links[name]]
+    own = frame.inertia if frame.inertia.mass > 0.0 else None
+    whole = frame.placement.actInv(model.inertias[frame.parentJoint].lever)
+    x, y, z = (float(n) for n in (whole if own is None else own.lever))
+    return replace(payload, link=name, place=(x, y, z))
+
+
+def _link_of(model: pin.Model, joint: int) -> str:
+    """Return the heaviest link of a joint's body."""
+    own = [row for row in _links(model).values() if model.frames[row].parentJoint == joint]
+    return str(model.frames[max(own, key=lambda row: float(model.frames[row].inertia.mass))].name)
