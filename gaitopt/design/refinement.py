@@ -70,10 +70,17 @@ from gaitopt.nlp import (
     stopping,
 )
 from gaitopt.solvers.globalization import RAISE, initial_penalty
+from gaitopt.solvers.hessian import MOST
 from gaitopt.solvers.newton import is_strict_minimum
 from gaitopt.solvers.solver import Solver, make_iterate
 from gaitopt.solvers.sqp import SQP, WARM_RADIUS
-from gaitopt.solvers.subproblem import ElasticStep, build_model, pose_subproblem, solve_subproblem
+from gaitopt.solvers.subproblem import (
+    ElasticStep,
+    LocalModel,
+    build_model,
+    pose_subproblem,
+    solve_subproblem,
+)
 from gaitopt.tolerances import FEASIBLE, REFINED
 
 STEPS = 10  # at most
@@ -343,8 +350,17 @@ class _Stage:
             hessian += abs(one.row.multiplier) / one.bend * np.outer(slope, slope)
         hessian = 0.5 * (hessian + hessian.T) * np.outer(scale, scale)
         penalty = initial_penalty(nlp, iterate, solver.penalty)
-        model = build_model(nlp, iterate, hessian, False, penalty, tight=True)
         reach = min(WARM_RADIUS, 2.0 * last)
+        for most in (np.inf, MOST):
+            model = build_model(nlp, iterate, hessian, False, penalty, tight=True, most=most)
+            step = self._solved(model, penalty, reach, solver)
+            if step is not None or model.convex.sigma <= MOST:
+                return step
+        return None
+
+    def _solved(
+        self, model: LocalModel, penalty: float, reach: float, solver: SQP
+    ) -> ElasticStep | None:
         while True:
             posed = pose_subproblem(model, WARM_RADIUS, penalty, reach)
             step = solve_subproblem(posed, solver.qp_solver)
@@ -424,17 +440,22 @@ def refine(
         callback = None if on_progress is None else on_progress(finer)
         return method.solve(finer, start, callback, stopping(stop))
 
-    solve = partial(solve_with, solver)
-    active, newton = active_rows(problem, solution.multipliers), quadratic(solver)
+    solve, newton = partial(solve_with, solver), quadratic(solver)
     resting: tuple[WalkProblem, Solution] | None = None
+    parted = problem, solution  # before the first instants that moved along
     for way in (newton, None):
-        found, moving = (problem, solution), False
-        for finer, again, near in exchange(problem, solution.x, active, solve, fine, peaks, way):
+        found, moving = parted, False
+        if parted[0] is not problem:
+            peaks = violated_rows(fine, parted[1].x)
+        active = active_rows(parted[0], parted[1].multipliers)
+        rounds = exchange(parted[0], parted[1].x, active, solve, fine, peaks, way)
+        for finer, again, near in rounds:
             moving = moving or near
             if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
                 found = found[0], _kept(found[1], again)
                 break
             found = finer, with_work(again, found[1])
+            parted = parted if moving else found
         else:
             found = pruned(problem, *found)
         if not moving or is_strict(*found):

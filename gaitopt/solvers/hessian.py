@@ -11,6 +11,10 @@ by the rows. So
               hence neither step nor multipliers change when the active rows were guessed right.
 
 This keeps the quadratic convergence of Newton's method, which |H| of the whole matrix destroys.
+
+Where the null space has hardly any curvature, Q1' H Q2 makes sigma so large that no quadratic
+solver answers. Then a share of that block is taken at the known r: the step does not change,
+multipliers do by as much as that share bends along t, which vanishes as the steps do.
 """
 
 from __future__ import annotations
@@ -30,6 +34,8 @@ FLOOR = 1e-4
 """Least curvature on the null space, variables scaled, cost of order one to ten (measured)."""
 LEAST = 0.5 * FLOOR
 """Least eigenvalue of the convex model: without it, condition numbers of 1e16 (measured)."""
+MOST = 1e5
+"""Added at most on the range space where no program with more could be solved (measured)."""
 RANK = 1e-8
 """Singular values below this fraction of the largest count as zero (measured)."""
 
@@ -137,15 +143,18 @@ class ConvexModel:
         sigma: curvature added on the range space.
         range_space: Q1, shape (n, r).
         solver: maps the right-hand side b of the active rows (k,) to r (r,); shape (r, k).
+        at_known: Q2 times the share of Q2' H Q1 that is taken at the known r, shape (n, r); None
+            where that is nothing.
     """
 
     matrix: Array
     sigma: float
     range_space: Array
     solver: Array
+    at_known: Array | None = None
 
     def linear_term(self, target: Array, radius: float) -> Array:
-        """Return -sigma Q1 r (n,), the linear term that goes with the added curvature.
+        """Return the linear term (n,) that goes with what was changed: -sigma Q1 r and the like.
 
         Args:
             target: right-hand side b of the active rows, shape (k,).
@@ -153,7 +162,9 @@ class ConvexModel:
         """
         r = self.solver @ target
         length = float(np.abs(self.range_space @ r).max(initial=0.0))
-        return -self.sigma * min(1.0, radius / max(length, 1e-300)) * (self.range_space @ r)
+        r *= min(1.0, radius / max(length, 1e-300))
+        term = -self.sigma * (self.range_space @ r)
+        return np.asarray(term if self.at_known is None else term + self.at_known @ r)
 
 
 def unchanged(matrix: Array) -> ConvexModel:
@@ -162,20 +173,27 @@ def unchanged(matrix: Array) -> ConvexModel:
     return ConvexModel(matrix, 0.0, np.zeros((n, 0)), np.zeros((0, 0)))
 
 
-def convexify(hessian: Array, active: Array) -> ConvexModel:
+def convexify(hessian: Array, active: Array, most: float = np.inf) -> ConvexModel:
     """Return a positive definite model of a Hessian.
 
     Args:
         hessian: of the Lagrangian, shape (n, n), symmetric.
         active: gradients of the rows believed active, shape (k, n).
+        most: about the most that sigma may be for the sake of Q1' H Q2.
     """
     Q1, Q2, solver = _spaces(active)
     reduced = Q2.T @ hessian @ Q2
     positive = _absolute(reduced)
-    coupling = Q1.T @ hessian @ Q2
-    sigma = _range_curvature(Q1.T @ hessian @ Q1, coupling, positive)
-    matrix = hessian + Q2 @ (positive - reduced) @ Q2.T + sigma * (Q1 @ Q1.T)
-    return ConvexModel(0.5 * (matrix + matrix.T), sigma, Q1, solver)
+    inner, coupling = Q1.T @ hessian @ Q1, Q1.T @ hessian @ Q2
+    sigma, at_known = _range_curvature(inner, coupling, positive), None
+    matrix = hessian + Q2 @ (positive - reduced) @ Q2.T
+    if sigma > most:
+        kept = np.sqrt(most / sigma)
+        sigma = _range_curvature(inner, kept * coupling, positive)
+        at_known = (1.0 - kept) * (Q2 @ coupling.T)
+        matrix -= at_known @ Q1.T + Q1 @ at_known.T
+    matrix += sigma * (Q1 @ Q1.T)
+    return ConvexModel(0.5 * (matrix + matrix.T), sigma, Q1, solver, at_known)
 
 
 def _spaces(active: Array) -> tuple[Array, Array, Array]:

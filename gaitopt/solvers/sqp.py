@@ -39,7 +39,7 @@ from gaitopt.solvers.globalization import (
     initial_penalty,
     judge,
 )
-from gaitopt.solvers.hessian import LagrangianHessian
+from gaitopt.solvers.hessian import MOST, LagrangianHessian
 from gaitopt.solvers.multipliers import bound_multipliers, one_sided
 from gaitopt.solvers.qp import BACKENDS
 from gaitopt.solvers.solver import (
@@ -201,6 +201,7 @@ class _Run:
         self.strides = 0
         self.idle, self.least_residual = 0, np.inf
         self.model: LocalModel | None = None
+        self.bent = np.zeros((0, 0))  # the Hessian that the model was made of
         self.by_cost = False  # whether the model bends as the cost alone does
 
     def iterate_until_verdict(self) -> Status:
@@ -251,6 +252,9 @@ class _Run:
     def _iteration(self) -> Status | None:
         model = self._model()
         posed, step = self._solve_subproblem(model)
+        if step is None and model.convex.sigma > MOST:
+            self.model = model = self._built(MOST)
+            posed, step = self._solve_subproblem(model)
         if step is not None and self.iterate.violation <= NEARLY_FEASIBLE:
             model, posed, step = self._guessed_again(model, posed, step)
         if step is None:
@@ -284,15 +288,20 @@ class _Run:
 
     def _model(self) -> LocalModel:
         if self.model is None:
-            self.model = build_model(
-                self.nlp,
-                self.iterate,
-                self.hessian.at(self.iterate),
-                self.hessian.definite,
-                self.penalty,
-                tight=self.slack <= self.options.feasibility,
-            )
+            self.bent = self.hessian.at(self.iterate)
+            self.model = self._built()
         return self.model
+
+    def _built(self, most: float = np.inf) -> LocalModel:
+        return build_model(
+            self.nlp,
+            self.iterate,
+            self.bent,
+            self.hessian.definite,
+            self.penalty,
+            tight=self.slack <= self.options.feasibility,
+            most=most,
+        )
 
     def _solve_subproblem(self, model: LocalModel) -> tuple[Subproblem, ElasticStep | None]:
         """Solve the subproblem; raise the penalty while only it keeps the violation up."""

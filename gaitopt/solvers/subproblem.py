@@ -97,7 +97,13 @@ class LocalModel:
 
 
 def build_model(
-    nlp: NLP, iterate: Iterate, hessian: Array, definite: bool, penalty: float, tight: bool
+    nlp: NLP,
+    iterate: Iterate,
+    hessian: Array,
+    definite: bool,
+    penalty: float,
+    tight: bool,
+    most: float = np.inf,
 ) -> LocalModel:
     """Build the local model at an iterate.
 
@@ -108,6 +114,7 @@ def build_model(
         definite: whether it is known to be positive definite.
         penalty: nu, the weight of the slack.
         tight: whether the slack is believed to be zero at the next step.
+        most: see `convexify`.
     """
     point, scale = iterate.point, nlp.variables.scale
     jacobian = ScaledSlopes(point.slopes, scale)
@@ -117,7 +124,8 @@ def build_model(
     if definite:
         convex = unchanged(elastic)
     elif tight:
-        convex = convexify(elastic, _active(jacobian, up, down, bound_up, bound_down, scale.size))
+        active = _active(jacobian, up, down, bound_up, bound_down, scale.size)
+        convex = convexify(elastic, active, most)
     else:
         # With slack left the rows do not fix the step's range part (measured: it stalls).
         convex = convexify(elastic, np.zeros((0, elastic.shape[0])))

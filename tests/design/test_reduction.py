@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaitopt.catalogue.entries import robot_by_name
 from gaitopt.design import refinement
 from gaitopt.design.active_set import ActiveRow, active_rows, instants_of, placed, violated_rows
 from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.design import design
 from gaitopt.design.extremes import located
 from gaitopt.design.refinement import _at_extremes, _Held, _Stage, on_either_side, resting_walk
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
@@ -149,3 +152,11 @@ def test_where_nothing_is_near_none_is_found(at_extremes):
     sparse, _, x, active, _ = at_extremes
     there = WalkProblem(sparse.robot, replace(sparse.task, speed=0.5 * sparse.task.speed))
     assert resting_walk(there, on_fine_grid(there), x, active, SOLVER) is None
+
+
+def test_a_walk_whose_programs_no_solver_answers_is_refined_soon():
+    """Of `robust` at 0.6 m/s: 84 Hessians where such a program ended Newton's method."""
+    robot = robot_by_name("biped13")
+    found = design(robot, preset_task("robust", robot, speed=0.6))
+    assert found.certificate.verdict == "certified"
+    assert found.solution.hessians < 60

@@ -65,6 +65,31 @@ def test_convex_model_keeps_step_and_multipliers(seed: int, k: int) -> None:
 
 @FAST
 @given(SEEDS)
+def test_bounded_convex_model_keeps_the_step(seed: int) -> None:
+    """Little curvature where the step is free, much in common with where it is not."""
+    rng = np.random.default_rng(seed)
+    n, k, most = 7, 3, 1e3
+    A, b, g = rng.normal(size=(k, n)), rng.normal(size=k), rng.normal(size=n)
+    Q1, Q2 = np.split(np.linalg.svd(A)[2].T, [k], axis=1)
+    mixed = 100.0 * Q1 @ rng.normal(size=(k, n - k)) @ Q2.T
+    H = mixed + mixed.T + 1e-3 * Q2 @ Q2.T
+    assert convexify(H, A).sigma > 1e5
+    model = convexify(H, A, most)
+    eigenvalues = np.linalg.eigvalsh(model.matrix)
+    assert eigenvalues[0] >= 0.9 * LEAST
+    assert eigenvalues[-1] <= 2.0 * most
+    d, y = equality_solution(H, g, A, b)
+    d_model, y_model = equality_solution(model.matrix, g + model.linear_term(b, np.inf), A, b)
+    np.testing.assert_allclose(d_model, d, atol=1e-6 * np.abs(d).max())
+    assert model.at_known is not None
+    left = (
+        model.range_space @ model.at_known.T @ d
+    )  # what is not taken along the free part of the step
+    np.testing.assert_allclose(A.T @ (y_model - y), left, atol=1e-6 * np.abs(y).max())
+
+
+@FAST
+@given(SEEDS)
 def test_convex_model_of_dependent_rows(seed: int) -> None:
     rng = np.random.default_rng(seed)
     H = rng.normal(size=(5, 5))
