@@ -26,7 +26,7 @@ from gaitopt.nlp import Array
 _RANK = 1e-6  # of the largest singular value: directions in which a leg cannot be moved
 _LAST_STEP = 1e-7  # rad: Newton is quadratic, so the error left is below rounding
 _MAX_ITERATIONS = 40
-_BRANCHES = 3  # searches, each from the last one's posture with its knees bent the other way
+_BRANCHES = 2  # more searches, each from the last one's posture, its knees bent the other way
 _MAX_STEP = 0.5  # rad: keeps Newton on the branch of the seed
 _SEED_KNEE = 0.6  # rad: flexion of the posture every search starts from
 _SEED_REACH = 0.94  # of the leg's length, for the seed posture
@@ -58,18 +58,34 @@ class LegKinematics:
             UnreachableError: a leg is too short, or the search does not converge.
         """
         self._check_reach(pelvis, sole)
-        legs, knees = self.robot.legs, list(self.robot.legs.knees)
-        q = self._seed.copy()
+        q = self._search(self._seed, pelvis, sole)
+        bend = self._bent(q)
+        if bend.min() < 0.0:
+            raise UnreachableError(
+                f"the search ended with a knee bent backwards by {-bend.min():.3f} rad; "
+                "lower the pelvis or shorten the step"
+            )
+        return q
+
+    def _search(self, q: Array, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+        """Return the posture (n,) that a search from q ends in, its knees forward if it can."""
+        q = self._newton(q, pelvis, sole)
         for _ in range(_BRANCHES):
-            q = self._newton(q, pelvis, sole)
-            bend = legs.flexion * (self.robot.coupling.angles(q)[knees] - legs.straight)
+            bend = self._bent(q)
             if bend.min() >= 0.0:
                 return q
             self._bend(q, np.abs(bend))  # the leg's other branch
-        raise UnreachableError(
-            f"the search ended with a knee bent backwards by {-bend.min():.3f} rad; "
-            "lower the pelvis or shorten the step"
-        )
+            # Hip and ankle lean as the backward knee had them: first let them come round.
+            bent = self._newton(q, pelvis, sole, self._without_knees)
+            q = self._newton(bent, pelvis, sole)
+        # Too few joints may come nearer to the targets by a knee that bends backwards.
+        return bent if self._bent(q).min() < 0.0 and self._few else q
+
+    def _bent(self, q: Array) -> Array:
+        """Return how far the knees of a posture (n,) are bent from straight [rad], shape (2,)."""
+        legs = self.robot.legs
+        angles = self.robot.coupling.angles(q)[list(legs.knees)]
+        return np.asarray(legs.flexion * (angles - legs.straight))
 
     def _bend(self, q: Array, bend: Array | float) -> None:
         """Bend the knees of a posture (n,) by angles from the straight legs [rad]."""
@@ -103,11 +119,12 @@ class LegKinematics:
                     f"{distance - legs.bound:.4f} m or shorten the step"
                 )
 
-    def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+    def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3, own: Array | None = None) -> Array:
+        """Return the posture (n,) that Newton's method ends in, by the joints `own` or all."""
         model, data, robot = self._model, self._data, self.robot
         legs, stance = robot.tree.legs, robot.tree.stance
         matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
-        free = self._free
+        free = self._free if own is None else own
         square, q = matrix.shape[0] == matrix.shape[1] == len(free), q.copy()
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = robot.coupling.angles(q)
@@ -131,8 +148,8 @@ class LegKinematics:
             q[free] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
             if largest < _LAST_STEP:
                 return q
-        if len(free) < 2 * TWIST and np.isfinite(q).all():
-            return q  # the nearest posture; too few joints to meet both targets
+        if (own is not None or self._few) and np.isfinite(q).all():
+            return q  # the nearest posture
         raise UnreachableError(
             "the legs found no posture for this double support; lower the pelvis, shorten the step "
             "or bring the trunk closer to upright"
@@ -142,6 +159,16 @@ class LegKinematics:
     def _free(self) -> Array:
         """Numbers of the free joints that turn those of the legs, shape (f,)."""
         return np.unique(self.robot.coupling.motor[self.robot.tree.legs])
+
+    @property
+    def _few(self) -> bool:
+        """Whether the legs have too few joints to meet both targets."""
+        return len(self._free) < 2 * TWIST
+
+    @cached_property
+    def _without_knees(self) -> Array:
+        """Numbers of the free joints of the legs that turn no knee."""
+        return np.setdiff1d(self._free, self.robot.coupling.motor[list(self.robot.legs.knees)])
 
     @cached_property
     def _seed(self) -> Array:
@@ -153,7 +180,7 @@ class LegKinematics:
         q = np.where(others, body.posture[body.moving], 0.0)
         self._bend(q, _SEED_KNEE)
         for step in (0.0, _SEED_STEP * legs.reach):
-            q = self._newton(q, *self.flat_feet(step, legs.stance_width))
+            q = self._search(q, *self.flat_feet(step, legs.stance_width))
         return q
 
     def flat_feet(self, step: float, spacing: float) -> tuple[pin.SE3, pin.SE3]:

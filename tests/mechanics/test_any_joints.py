@@ -6,7 +6,7 @@ import pytest
 from motions import random_motion
 from numerics import check_differences, check_jacobian, relative_error, steps
 from pelvis_rooted import PelvisRooted
-from synthetic_bipeds import FIVE, SYNTHETIC, biped_urdf, synthetic
+from synthetic_bipeds import FIVE, SOLE, SYNTHETIC, biped_urdf, synthetic
 from urdf_edits import add_arm, edited_urdf
 from walks import WALKS, walk
 
@@ -200,3 +200,23 @@ def test_joints_beside_detected_legs_can_move():
     rest = rest[:, 1:]
     whole = SingleSupport(locked, 1).state(q[:, :-1], rest, rest).effort[0]
     assert relative_error(held[:-1], whole) < 1e-12
+
+
+@pytest.mark.parametrize("count", [4, 5], ids=["ankles pitch", "ankles roll too"])
+@pytest.mark.parametrize("seed", range(8))
+def test_legs_of_few_joints_reach_with_their_knees_forward(count, seed):
+    """Of tilted axes a knee that bends backwards may bring a foot nearer that cannot turn."""
+    rng = np.random.default_rng(seed)
+    leg = tuple(
+        (name, origin, np.asarray(axis) + rng.uniform(-0.04, 0.04, 3), mass)
+        for name, origin, axis, mass in FIVE[:count]
+    )
+    soles = {"stance_sole": "right_sole", "swing_sole": "left_sole", "sole": SOLE}
+    robot = Robot.from_urdf(biped_urdf(leg), **soles)
+    legs, kinematics = robot.legs, LegKinematics(robot)
+    for step in (0.0, 0.2, 0.35):
+        wanted = kinematics.flat_feet(step, legs.stance_width)
+        q = kinematics.solve(*wanted)
+        assert (legs.flexion * (q[list(legs.knees)] - legs.straight)).min() > 0.3
+        for found, target in zip(kinematics.placements(q), wanted, strict=True):
+            assert np.linalg.norm(found.translation - target.translation) < 0.03

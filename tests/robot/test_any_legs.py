@@ -14,7 +14,12 @@ from gaitopt.gait.initial_guess import flat_feet_gap
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride
-from gaitopt.model.legs.leg_geometry import hip_and_ankle, missing_joints
+from gaitopt.model.legs.leg_geometry import (
+    common_point,
+    find_knee,
+    hip_and_ankle,
+    missing_joints,
+)
 from gaitopt.model.robot import Robot
 from gaitopt.model.symmetry import exchange_error
 
@@ -88,6 +93,22 @@ def test_the_knee_is_between_hip_and_ankle(joints):
     assert names[len(hip)] == "knee"
     assert [names[k] for k in hip] == [n for n in names if n.startswith("hip")]
     assert [*hip, len(hip), *ankle] == list(range(len(joints)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_of_two_knees_neither_is_of_hip_or_ankle(seed):
+    rng = np.random.default_rng(seed)
+    thigh, between, shank = rng.uniform(0.2, 0.4), rng.uniform(0.03, 0.15), rng.uniform(0.2, 0.4)
+    heights = -np.cumsum([0.0, 0.0, 0.0, thigh, between, shank, 0.0])
+    points = np.column_stack([np.zeros(7), np.full(7, 0.1), heights]) + rng.normal(0, 3e-3, (7, 3))
+    axes = np.array([Z, X, Y, Y, Y, Y, X]) + rng.uniform(-0.03, 0.03, (7, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    assert hip_and_ankle(points, axes) == ([0, 1, 2], [5, 6])
+    assert missing_joints(points, axes) == []
+    hip, ankle = (common_point(points[rows], axes[rows]) for rows in ([0, 1, 2], [5, 6]))
+    knee = find_knee(points, axes, hip, ankle, np.zeros(7), range(3, 7))
+    assert knee.row in {3, 4}
+    assert knee.reach == pytest.approx(thigh + between + shank, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Measures of a pair of legs: centres of hip and ankle, knees, reach, missing joints.
 
 A leg has up to three joints at the hip, then a knee, then up to two at the ankle; a seventh joint
-is at one of the two. Rows of a leg go from hip to ankle.
+is at one of the two, or a second knee. Rows of a leg go from hip to ankle.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ _LEAST_BEND = 0.1  # of the squared distance of hip and ankle: what a knee chang
 _ONE_SIDED = 0.15  # of the range: how far its middle must be from straight
 _STRAIGHT = 0.01  # rad: a knee that stops this near to straight is straight there
 _MEET = 1e-6  # m: lines that pass a point this closely meet there
+_WIDE = 0.1  # of the leg's length: lines of a hip or an ankle that miss each other by less
 _INDEPENDENT = 0.3  # singular value of unit axes: below it they turn about one direction less
 _ABLE = 0.7  # cosine: joints that turn a foot about an axis have it nearly among theirs
 
@@ -146,20 +147,35 @@ def hip_and_ankle(points: Array, axes: Array) -> tuple[list[int], list[int]]:
     """Return the rows of the hip's and of the ankle's joints of a leg, given its lines (n, 3).
 
     Where more than one joint may be the knee it is the one that changes the distance between the
-    two most.
+    two most. Of a leg that bends by two knees both are between.
     """
     count = len(points)
     spare = max(count - _HIP - _ANKLE - 1, 0)
     least = max(count - 1 - _ANKLE - spare, 1)
     parts = [(list(range(k)), list(range(k + 1, count)))
              for k in range(least, min(_HIP + spare, count - 2) + 1)]  # fmt: skip
+    if len(parts) == 1:
+        return parts[0]
+
+    def ends(part: tuple[list[int], list[int]]) -> tuple[Array, Array]:
+        hip, ankle = (common_point(points[rows], axes[rows]) for rows in part)
+        return hip, ankle
 
     def bend(part: tuple[list[int], list[int]]) -> float:
-        hip, ankle = (common_point(points[rows], axes[rows]) for rows in part)
         knee = len(part[0])
-        return abs(_swing(points[knee], axes[knee], hip, ankle)[1])
+        return abs(_swing(points[knee], axes[knee], *ends(part))[1])
 
-    return parts[0] if len(parts) == 1 else max(parts, key=bend)
+    def spread(part: tuple[list[int], list[int]]) -> float:
+        return max(
+            _distance(end, points[row], axes[row])
+            for end, rows in zip(ends(part), part, strict=True)
+            for row in rows
+        )
+
+    one, two = max(parts, key=bend), (list(range(_HIP)), list(range(count - _ANKLE, count)))
+    hip, ankle = ends(one)
+    wide = spread(one) > max(_WIDE * float(np.linalg.norm(hip - ankle)), 2.0 * spread(two))
+    return two if wide else one
 
 
 def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits) -> Legs:
