@@ -65,7 +65,7 @@ class Tie:
             told = " ".join((f"{self.offset:.6g} {self.multiplier:+.6g} q", *powers))
             return f"follows '{self.master}': where that one is at q, it is at {told} rad"
         told = f"follows '{self.master}': its angle is {self.multiplier:.6g} times that one's"
-        return told if self.offset == 0.0 else f"{told} {self.offset:+.6g} rad"
+        return told if not round(self.offset, 12) else f"{told} {self.offset:+.6g} rad"
 
     def after(self, other: Tie) -> Tie:
         """Return the tie to the joint that the master follows in turn."""

@@ -175,7 +175,7 @@ def hip_and_ankle(points: Array, axes: Array) -> tuple[list[int], list[int]]:
     one, two = max(parts, key=bend), (list(range(_HIP)), list(range(count - _ANKLE, count)))
     hip, ankle = ends(one)
     wide = spread(one) > max(_WIDE * float(np.linalg.norm(hip - ankle)), 2.0 * spread(two))
-    return two if wide else one
+    return two if wide and abs(float(axes[_HIP] @ axes[_HIP + 1])) > _ABLE else one
 
 
 def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits) -> Legs:
