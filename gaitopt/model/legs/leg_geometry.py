@@ -172,7 +172,10 @@ def hip_and_ankle(points: Array, axes: Array) -> tuple[list[int], list[int]]:
             for row in rows
         )
 
-    one, two = max(parts, key=bend), (list(range(_HIP)), list(range(count - _ANKLE, count)))
+    one = max(parts, key=bend)
+    if not spare:
+        return one
+    two = list(range(_HIP)), list(range(count - _ANKLE, count))
     hip, ankle = ends(one)
     wide = spread(one) > max(_WIDE * float(np.linalg.norm(hip - ankle)), 2.0 * spread(two))
     return two if wide and abs(float(axes[_HIP] @ axes[_HIP + 1])) > _ABLE else one
