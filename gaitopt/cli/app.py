@@ -1,9 +1,9 @@
-"""The commands. Each says what it takes; the work is done elsewhere and imported when needed."""
+"""The commands; the work is done elsewhere and imported when needed."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -22,6 +22,7 @@ from gaitopt.cli.command_options import (
     PlotOptions,
     ReproduceOptions,
     RequirementsOptions,
+    RobotsOptions,
     SensitivityOptions,
     SimulateOptions,
     SizeOptions,
@@ -37,9 +38,6 @@ from gaitopt.cli.process import (
     survive_closed_pipes,
 )
 from gaitopt.settings import Setting
-
-Settings = dict[str, Any]
-"""Values that were given of the configuration's settings, by name."""
 
 PANELS = {
     "task": ASKED, "cost": ASKED, "plugin": ASKED, "geometry": ASKED, "margins": "Limits",
@@ -126,6 +124,10 @@ def _compare_settings(words: Sequence[str]) -> Panels:
     return {**panels, METHOD: [*COMPARISON, *panels[METHOD]]}
 
 
+def _codesign_settings(words: Sequence[str]) -> Panels:
+    return _without(_all_settings(words), ("start", "seed", "sigma", "speed"))
+
+
 def _without(panels: Panels, names: Sequence[str]) -> dict[str, list[Setting]]:
     return {
         heading: [one for one in panel if one.name not in names]
@@ -140,157 +142,22 @@ def _panels(sections: Mapping[str, Mapping[str, Setting]]) -> Panels:
     return panels
 
 
-@command(app, _all_settings, "optimize")
-def optimise(options: OptimiseOptions, settings: Settings) -> None:
-    """Design the gait that walks at a given speed for the least effort."""
-    from gaitopt.cli import optimise as work
-
-    work.run(settings, options)
-
-
-@command(app, _sweep_settings)
-def sweep(options: SweepOptions, settings: Settings) -> None:
-    """Design gaits over speeds and other quantities, each from its neighbour."""
-    from gaitopt.cli import sweep as work
-
-    work.run(settings, options)
-
-
-@command(app, _compare_settings)
-def compare(options: CompareOptions, settings: Settings) -> None:
-    """Solve one walk by several solvers from the same start."""
-    from gaitopt.cli import compare as work
-
-    work.run(settings, options)
-
-
-@command(app)
-def library(options: LibraryOptions) -> None:
-    """List a gait library, draw it, or design a gait between its gaits; compare two."""
-    from gaitopt.cli import library as work
-
-    work.run(options)
-
-
-@command(app)
-def requirements(options: RequirementsOptions) -> None:
-    """Say what each motor must deliver over a set of gaits, and in which of them."""
-    from gaitopt.cli import requirements as work
-
-    work.run(options)
-
-
-@command(app)
-def sensitivity(options: SensitivityOptions) -> None:
-    """Say what a centimetre, a kilogram or a limit more would do to the cost of a gait."""
-    from gaitopt.cli import sensitivity as work
-
-    work.run(options)
-
-
-@command(app)
-def size(options: SizeOptions) -> None:
-    """Choose motors from a catalogue and gear ratios that serve a set of gaits."""
-    from gaitopt.cli import size as work
-
-    work.run(options)
-
-
-def _codesign_settings(words: Sequence[str]) -> Panels:
-    return _without(_all_settings(words), ("start", "seed", "sigma", "speed"))
-
-
-@command(app, _codesign_settings)
-def codesign(options: CodesignOptions, settings: Settings) -> None:
-    """Choose lengths, masses and gear ratios of a robot together, for a weighted set of walks."""
-    from gaitopt.cli import codesign as work
-
-    work.run(settings, options)
-
-
-@command(app, _robot_settings)
-def inspect(options: InspectOptions, settings: Settings) -> None:
-    """Say what gaitopt understood of a robot, what it guessed, and what is wrong with the file."""
-    from gaitopt.cli import robots as work
-
-    work.inspect(settings, options)
-
-
-@command(app)
-def robots() -> None:
-    """List the robots that can be asked for by name."""
-    from gaitopt.cli import robots as work
-
-    work.list_robots()
-
-
-@command(app, _biped_settings)
-def urdf(options: UrdfOptions, settings: Settings) -> None:
-    """Write the URDF of a biped (by default of the thirteen-link one)."""
-    from gaitopt.cli import robots as work
-
-    work.write_biped(settings, options)
-
-
-@command(app)
-def check(options: CheckOptions) -> None:
-    """Compute a gait or a transition again, from its parameters alone, and certify it."""
-    from gaitopt.cli import check as work
-
-    work.run(options)
-
-
-@command(app)
-def simulate(options: SimulateOptions) -> None:
-    """Walk a gait in MuJoCo under feedback, and let MuJoCo check its numbers."""
-    from gaitopt.cli import simulate as work
-
-    work.run(options)
-
-
-@command(app)
-def play(options: PlayOptions) -> None:
-    """Watch a gait or a transition in the browser."""
-    from gaitopt.cli import show as watch
-
-    watch.run_play(options)
-
-
-@command(app, _all_settings)
-def live(options: LiveOptions, settings: Settings) -> None:
-    """Serve a page whose sliders are answered with the walk of their settings, at once."""
-    from gaitopt.cli import live as work
-
-    work.run_live(settings, options)
-
-
-@command(app)
-def plot(options: PlotOptions) -> None:
-    """Draw the figures of a gait or a transition."""
-    from gaitopt.cli import show as watch
-
-    watch.run_plot(options)
-
-
-@command(app)
-def export(options: ExportOptions) -> None:
-    """Write a gait, a transition, or a library for controllers, engines and learners."""
-    from gaitopt.cli import export as work
-
-    work.run(options)
-
-
-@command(app)
-def transition(options: TransitionOptions) -> None:
-    """Design the steps from standing to a walk, back, or from one walk to another."""
-    from gaitopt.cli import transition as work
-
-    work.run(options)
-
-
-@command(app)
-def reproduce(options: ReproduceOptions) -> None:
-    """Compute the paper's section 6 again, as `python -m reproduction` in the sources."""
-    from gaitopt.cli import reproduce as work
-
-    work.run(options)
+command(app, "optimise", OptimiseOptions, _all_settings, aliases=("optimize",))
+command(app, "sweep", SweepOptions, _sweep_settings)
+command(app, "compare", CompareOptions, _compare_settings)
+command(app, "library", LibraryOptions)
+command(app, "requirements", RequirementsOptions)
+command(app, "sensitivity", SensitivityOptions)
+command(app, "size", SizeOptions)
+command(app, "codesign", CodesignOptions, _codesign_settings)
+command(app, "inspect", InspectOptions, _robot_settings, work="robots:inspect")
+command(app, "robots", RobotsOptions, work="robots:list_robots")
+command(app, "urdf", UrdfOptions, _biped_settings, work="robots:write_biped")
+command(app, "check", CheckOptions)
+command(app, "simulate", SimulateOptions)
+command(app, "play", PlayOptions, work="show:run_play")
+command(app, "live", LiveOptions, _all_settings, work="live:run_live")
+command(app, "plot", PlotOptions, work="show:run_plot")
+command(app, "export", ExportOptions)
+command(app, "transition", TransitionOptions)
+command(app, "reproduce", ReproduceOptions)

@@ -1,4 +1,4 @@
-"""What each command takes beside the settings: every option once, with its default and its help."""
+"""The commands, each with its help and the options that are its own, beside the settings."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PORT = "Port to listen on; by default a free one from 7000 on."
 
 @dataclass(frozen=True)
 class OptimiseOptions:
-    """Of `gaitopt optimise`, beside all settings."""
+    """Design the gait that walks at a given speed for the least effort."""
 
     fastest: bool = entry(False, "Search the fastest walk, from this speed up.", panel=ASKED)
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
@@ -45,7 +45,7 @@ class OptimiseOptions:
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """Of `gaitopt sweep`, beside the settings."""
+    """Design gaits over speeds and other quantities, each from its neighbour."""
 
     output: Path = entry(..., "Gait library; one that exists goes on.", **_DIRECTORY, panel="Sweep")
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
@@ -54,7 +54,7 @@ class SweepOptions:
 
 @dataclass(frozen=True)
 class CompareOptions:
-    """Of `gaitopt compare`, beside the settings."""
+    """Solve one walk by several solvers from the same start."""
 
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
     output: Path | None = entry(
@@ -65,7 +65,7 @@ class CompareOptions:
 
 @dataclass(frozen=True)
 class LibraryOptions:
-    """Of `gaitopt library`."""
+    """List a gait library, draw it, or design a gait between its gaits; compare two."""
 
     directory: tuple[Path, ...] = entry(
         ..., "A gait library, made by gaitopt sweep, or two to compare.", argument=True,
@@ -92,7 +92,7 @@ class LibraryOptions:
 
 @dataclass(frozen=True)
 class RequirementsOptions:
-    """Of `gaitopt requirements`."""
+    """Say what each motor must deliver over a set of gaits, and in which of them."""
 
     gait: tuple[Path, ...] = entry(
         ..., "Gait files, .npz, or gait libraries.", argument=True, metavar="GAIT|LIBRARY"
@@ -113,7 +113,7 @@ class RequirementsOptions:
 
 @dataclass(frozen=True)
 class SensitivityOptions:
-    """Of `gaitopt sensitivity`."""
+    """Say what a centimetre, a kilogram or a limit more would do to the cost of a gait."""
 
     gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
     plugin: Path | None = entry(None, _PLUGIN)
@@ -123,7 +123,7 @@ class SensitivityOptions:
 
 @dataclass(frozen=True)
 class SizeOptions:
-    """Of `gaitopt size`."""
+    """Choose motors from a catalogue and gear ratios that serve a set of gaits."""
 
     gait: tuple[Path, ...] = entry(
         ..., "Gait files, .npz, or gait libraries.", argument=True, metavar="GAIT|LIBRARY"
@@ -146,7 +146,7 @@ class SizeOptions:
 
 @dataclass(frozen=True)
 class CodesignOptions:
-    """Of `gaitopt codesign`, beside the settings."""
+    """Choose lengths, masses and gear ratios of a robot together, for a weighted set of walks."""
 
     output: Path = entry(
         ...,
@@ -173,7 +173,7 @@ class CodesignOptions:
 
 @dataclass(frozen=True)
 class InspectOptions:
-    """Of `gaitopt inspect`, beside those of robots."""
+    """Say what gaitopt understood of a robot, what it guessed, and what is wrong with the file."""
 
     html: Path | None = entry(
         None, "Write a page with the robot standing and these tables.", panel=RESULTS, **_PAGE
@@ -187,8 +187,13 @@ class InspectOptions:
 
 
 @dataclass(frozen=True)
+class RobotsOptions:
+    """List the robots that can be asked for by name."""
+
+
+@dataclass(frozen=True)
 class UrdfOptions:
-    """Of `gaitopt urdf`, beside those of bipeds."""
+    """Write the URDF of a biped (by default of the thirteen-link one)."""
 
     output: Path | None = entry(
         None,
@@ -204,7 +209,7 @@ class UrdfOptions:
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """Of `gaitopt check`."""
+    """Compute a gait or a transition again, from its parameters alone, and certify it."""
 
     gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
     plugin: Path | None = entry(None, _PLUGIN)
@@ -212,7 +217,7 @@ class CheckOptions:
 
 @dataclass(frozen=True)
 class SimulateOptions:
-    """Of `gaitopt simulate`."""
+    """Walk a gait in MuJoCo under feedback, and let MuJoCo check its numbers."""
 
     gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
     steps: int = entry(20, "How many steps to walk.")
@@ -236,7 +241,7 @@ class SimulateOptions:
 
 @dataclass(frozen=True)
 class PlayOptions:
-    """Of `gaitopt play`."""
+    """Watch a gait or a transition in the browser."""
 
     gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
     html: Path | None = entry(None, "Write a page instead, complete in one file.", **_PAGE)
@@ -248,7 +253,7 @@ class PlayOptions:
 
 @dataclass(frozen=True)
 class LiveOptions:
-    """Of `gaitopt live`, beside all settings."""
+    """Serve a page whose sliders are answered with the walk of their settings, at once."""
 
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
     output: Path = entry(
@@ -261,7 +266,7 @@ class LiveOptions:
 
 @dataclass(frozen=True)
 class PlotOptions:
-    """Of `gaitopt plot`."""
+    """Draw the figures of a gait or a transition."""
 
     gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
     output: Path | None = entry(
@@ -274,7 +279,7 @@ class PlotOptions:
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """Of `gaitopt export`."""
+    """Write a gait, a transition, or a library for controllers, engines and learners."""
 
     gait: Path = entry(
         ..., "The file of a gait or a transition, or a gait library, all of which is written.",
@@ -304,7 +309,7 @@ class ExportOptions:
 
 @dataclass(frozen=True)
 class TransitionOptions:
-    """Of `gaitopt transition`."""
+    """Design the steps from standing to a walk, back, or from one walk to another."""
 
     begin: str = entry(
         ..., "What it leads from: a gait file, or 'standing'.", argument=True, metavar="FROM"
@@ -333,7 +338,7 @@ class TransitionOptions:
 
 @dataclass(frozen=True)
 class ReproduceOptions:
-    """Of `gaitopt reproduce`."""
+    """Compute the paper's section 6 again, as `python -m reproduction` in the sources."""
 
     output: Path = entry(..., "Directory for reproduction.md, figures and numbers.", **_DIRECTORY)
     only: str | None = entry(None, "Only some tables and figures, as table3,fig7.", metavar="PARTS")

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from functools import partial
-from typing import Annotated, Any, get_type_hints
+from pkgutil import resolve_name
+from typing import Annotated, Any
 
 import typer
 import typer.main
@@ -92,35 +93,39 @@ Panels = Mapping[str, Iterable[Setting]]
 
 
 def command(
-    app: typer.Typer, panels: Callable[[Sequence[str]], Panels] | None = None, *aliases: str
-) -> Callable[[Any], Any]:
-    """Return the decorator that makes a function a command of an application.
+    app: typer.Typer,
+    name: str,
+    kind: type,
+    panels: Callable[[Sequence[str]], Panels] | None = None,
+    *,
+    work: str = "",
+    aliases: tuple[str, ...] = (),
+) -> None:
+    """Add a command to an application.
 
-    The function takes `options`, a dataclass whose fields are the command's own options, and
-    `settings`, the values that were given of settings of the configuration, by name; or one of
-    both. Options are made when the command is asked for, so that every other one starts at once;
-    errors become a message and an exit code.
+    Options are made when the command is asked for, and its work is imported when it is run, so that
+    every other one starts at once; errors become a message and an exit code.
 
     Args:
         app: the application.
-        panels: returns the settings that the command takes, from the words given to it.
+        name: of the command.
+        kind: dataclass of its own options, whose docstring is its help.
+        panels: returns the settings of the configuration that it takes, from the words given to it.
+        work: what runs it, "MODULE:FUNCTION" of `gaitopt.cli`, by default `run` of its own module.
+            It is given the values of settings by name, if there are any, and the options.
         aliases: hidden names of the command.
     """
 
-    def register(function: Callable[..., None]) -> Callable[..., None]:
-        def complete(words: Sequence[str]) -> Any:
-            if panels is None:
-                return _complete(function, None)
-            with errors_reported(robots=False):
-                return _complete(function, panels(words))
+    def complete(words: Sequence[str]) -> Any:
+        if panels is None:
+            return _complete(name, kind, work, None)
+        with errors_reported(robots=False):
+            return _complete(name, kind, work, panels(words))
 
-        kind = type("LateCommand", (_LateCommand,), {"complete": staticmethod(complete)})
-        for name in (function.__name__, *aliases):
-            how: Any = {"cls": kind, "help": function.__doc__, "hidden": name in aliases}
-            app.command(name, **how)(lambda: None)
-        return function
-
-    return register
+    late = type("LateCommand", (_LateCommand,), {"complete": staticmethod(complete)})
+    for one in (name, *aliases):
+        how: Any = {"cls": late, "help": kind.__doc__, "hidden": one in aliases}
+        app.command(one, **how)(lambda: None)
 
 
 class _LateCommand(TyperCommand):
@@ -135,11 +140,10 @@ class _LateCommand(TyperCommand):
         return self.complete(args).make_context(info_name, args, parent, **extra)
 
 
-def _complete(function: Callable[..., None], panels: Panels | None) -> Any:
-    """Return the command line of a function."""
-    kind = get_type_hints(function).get("options")
-    own = [] if kind is None else list(declared(kind))
-    taken = [(one, name) for name, panel in (panels or {}).items() for one in panel]
+def _complete(name: str, kind: type, work: str, panels: Panels | None) -> Any:
+    """Return the command line of a command."""
+    own = list(declared(kind))
+    taken = [(one, heading) for heading, panel in (panels or {}).items() for one in panel]
     settings = {one.name: one for one, _ in taken}
     parameters = [_parameter(one, panel, own=False) for one, panel in taken]
     parameters += [_parameter(one, "", own=True) for one in own]
@@ -149,21 +153,18 @@ def _complete(function: Callable[..., None], panels: Panels | None) -> Any:
         with errors_reported():
             given = {n: v for n, v in values.items() if v not in (None, [], ())}
             _keep_inputs([*settings.values(), *own], given)
-            arguments: dict[str, Any] = {}
-            if panels is not None:
-                arguments["settings"] = _read(settings.values(), given)
-            if kind is not None:
-                arguments["options"] = kind(**_read(own, given))
-            function(**arguments)
+            before = () if panels is None else (_read(settings.values(), given),)
+            run = resolve_name(f"gaitopt.cli.{work or f'{name}:run'}")
+            run(*before, kind(**_read(own, given)))
 
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {p.name: p.annotation for p in parameters}
-    call.__doc__ = function.__doc__
+    call.__doc__ = kind.__doc__
     alone = typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
     )
     how = PlainCommand if panels is None else HelpfulCommand
-    alone.command(function.__name__, cls=how, context_settings=CONTEXT)(call)
+    alone.command(name, cls=how, context_settings=CONTEXT)(call)
     command: Any = typer.main.get_command(alone)
     command.settings = settings
     known = {**settings, **{one.name: one for one in own}}

@@ -16,7 +16,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, CatalogueEntry, catalogue, humanoids
 from gaitopt.catalogue.parameters import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
-from gaitopt.cli.command_options import InspectOptions, UrdfOptions
+from gaitopt.cli.command_options import InspectOptions, RobotsOptions, UrdfOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import WIDTH, new_table, screen
 from gaitopt.cli.process import ExitCode, print_error
@@ -133,7 +133,7 @@ def _short(text: str) -> str:
     return f"{kept.rpartition(' ')[0] or kept} ..."
 
 
-def list_robots() -> None:
+def list_robots(_: RobotsOptions) -> None:
     """Print the catalogue."""
     table = new_table("Robots", "name", "what it is", ">mass\nkg", ">walks at\nm/s", "description")
     entries = catalogue()
