@@ -331,7 +331,6 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
     """Read the settings of a TOML file; file names in it are relative to its directory.
 
     Args:
-        path: of the file.
         plugin: whose constraints, cost and terrain it may set, unless it names one itself.
 
     Raises:

@@ -235,7 +235,6 @@ def bar(used: float | None, limit: float | None, length: int = BAR) -> Text:
     """Return the share of a limit as a bar, a percentage, and the limit.
 
     Args:
-        used: share of the limit.
         limit: in the unit of the column.
         length: characters of a full bar; 0 where there is no room for one.
     """

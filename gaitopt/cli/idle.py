@@ -93,7 +93,6 @@ def refuse_idle(asked: Settings, task: Task, robot: Robot, varied: Collection[st
 
     Args:
         asked: settings that were given.
-        task, robot: of the walk.
         varied: settings that take other values too, as in a sweep.
 
     Raises:

@@ -125,8 +125,6 @@ def library_table(library: Library, rows: list[Row], names: str | None, width: i
     """Return the table of a library: what was swept, the motors, the cost, the status.
 
     Args:
-        library: of gaits.
-        rows: of it, that are shown.
         names: of columns to show instead, joined by commas.
         width: that there is; columns that are of less interest are left out until it fits.
 
@@ -170,8 +168,6 @@ def table_of_libraries(
     """Return a table of two libraries, A and B: their costs, and how much more B takes of a motor.
 
     Args:
-        rows: of both.
-        axes: over which they are.
         costs: units of theirs.
         names: of columns to compare instead of the cost, joined by commas.
         width: that there is; motors are left out until it fits.

@@ -64,11 +64,6 @@ class LiveWalk:
     def __init__(self, settings: Settings, config: Path | None, output: Path) -> None:
         """Design the first walk.
 
-        Args:
-            settings: of the command line.
-            config: configuration file, if any.
-            output: directory for walks that are kept.
-
         Raises:
             GaitoptError: the settings cannot be used, or there is no such walk.
         """

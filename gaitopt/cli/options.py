@@ -34,7 +34,6 @@ def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
     """Return the parameter of a command that takes a setting.
 
     Args:
-        setting: what it takes.
         panel: heading over it in the help.
         own: whether it is one of the command's own, which have defaults; others are None or empty
             where they are not given, so that a file may say something else.

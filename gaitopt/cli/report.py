@@ -198,8 +198,6 @@ def print_findings(console: Console, findings: Iterable[Finding], all_of_them: s
     """Print what is worth a look and what was changed, and how much was guessed.
 
     Args:
-        console: where to.
-        findings: about the robot.
         all_of_them: where to see every finding.
     """
     known = list(findings)

@@ -42,10 +42,6 @@ def write_results(
     """Write the gait and everything made from it; yield each as it is written.
 
     Args:
-        gait: what was found.
-        request: what was asked for.
-        directory: where to write.
-        page, figures: whether to write them.
         worker: draws the figures or, where there are none, the page.
 
     Raises:
@@ -178,7 +174,6 @@ def keep_files(
     """Check, before any work, that no result takes the place of a file of the user's.
 
     Args:
-        directory: of the results.
         results: their names; where the first one is, an earlier run wrote them, and they are
             replaced.
         begins: how the first one begins if an earlier run wrote it, where its name does not tell.

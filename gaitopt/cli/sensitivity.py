@@ -68,7 +68,6 @@ def report_of(gait: Gait, known: Sequence[object] = ()) -> SensitivityReport:
     """Return the sensitivities of a gait.
 
     Args:
-        gait: as read from its file.
         known: constraints and costs of a plugin.
 
     Raises:

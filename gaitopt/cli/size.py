@@ -85,7 +85,6 @@ def motors_text(table: MotorTable, command: str) -> str:
     """Return drives as a table of motors, `motors.toml`.
 
     Args:
-        table: the drives.
         command: that chose them.
     """
     used = {one.motor.name: one.motor for one in table.drives}

@@ -69,8 +69,6 @@ def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Itera
 
     Args:
         diagnosis: of a walk without a gait; anything else has no lines.
-        request: what was asked for.
-        asked: in what words.
     """
     if not isinstance(diagnosis, Diagnosis):
         return

@@ -96,12 +96,6 @@ def make_executor(
 ) -> Executor | None:
     """Return who does the work: no more local workers than points or processors; None: nobody else.
 
-    Args:
-        given: options of the command line.
-        axes: of the sweep.
-        errors: where to say that workers are being started.
-        quiet: whether not to.
-
     Raises:
         InputError: fewer than one worker, both workers and a scheduler, or no scheduler where one
             is said.

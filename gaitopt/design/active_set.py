@@ -100,13 +100,9 @@ def instants_of(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
 
 
 def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
-    """Return where rows exceed their limits most, located anywhere in the step.
+    """Return where rows exceed their limits most at x (P,), located anywhere in the step.
 
     Of every stretch in which a row exceeds a limit only the worst instant is taken.
-
-    Args:
-        fine: the walk on the proof's grid.
-        x: parameters, shape (P,).
 
     Raises:
         EvaluationError: the walk is not defined at x.
@@ -139,7 +135,6 @@ def _held(peak: Extreme, ends: Array) -> float:
     nearer to the end its gradient vanishes too, and a solver that is sent there at once crawls.
 
     Args:
-        peak: where the row exceeds its limit most.
         ends: instants at which a step begins or ends.
     """
     end = float(ends[np.abs(ends - peak.instant).argmin()])

@@ -66,7 +66,6 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     """Compute a gait again from its parameters, its URDF and its task, and certify it.
 
     Args:
-        gait: as read from its file.
         known: constraints and costs that are not gaitopt's own, as
             `load_plugin("mine.py").extensions`.
 
@@ -211,7 +210,6 @@ def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:
     """Return the walk that a gait says it solves.
 
     Args:
-        gait: as read from its file.
         known: constraints and costs that are not gaitopt's own.
 
     Raises:

@@ -97,8 +97,6 @@ def ask_referee(
     """Compare a step with the referee's own computation.
 
     Args:
-        robot: the robot.
-        step: a step evaluated on `grid`.
         grid: fine enough for the momentum balance; all its instants are quadrature nodes.
         schedule: of the step; by default that of the paper.
         starts: this step and the one after it, there exchanged, each at instants of which its
@@ -435,11 +433,9 @@ class Certificate:
 
 
 def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> Certificate:
-    """Check a point of a walk from first principles.
+    """Check a walk at x (P,) on the grid that was optimised, from first principles.
 
     Args:
-        problem: the walk on the grid that was optimised.
-        x: parameters, shape (P,).
         fine: the walk on the certificate's grid, if it is at hand.
 
     Raises:
@@ -490,11 +486,7 @@ def on_fine_grid(problem: WalkProblem) -> WalkProblem:
 
 
 def worst_between(fine: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
-    """Return the worst row of every constraint over the whole step, the one that fares worst first.
-
-    Args:
-        fine: the walk on the proof's grid.
-        x: parameters, shape (P,).
+    """Return the worst row of every constraint at x (P,) over the whole step, worst first.
 
     Raises:
         EvaluationError: the walk is not defined at x.

@@ -452,7 +452,6 @@ def with_proportions(
     """Return the choices with which the file of a robot gives one of other proportions.
 
     Args:
-        robot: of a file.
         own: values of the parameters of the robot as it is, as `Study.own`.
         values: of the same, those that differ.
     """
@@ -474,12 +473,7 @@ def with_proportions(
 
 
 def parts_of(spec: BipedSpec, name: str) -> list[tuple[str, float]]:
-    """Return the changes of a robot that a parameter of a biped is made of, and their factors.
-
-    Args:
-        spec: the biped.
-        name: one of `DESIGN`.
-    """
+    """Return the changes of a robot that one of `DESIGN` is made of, and their factors."""
     links = spec.links
     masses = {
         "trunk mass": links.torso.mass, "hip yaw link mass": links.hip_yaw.mass,
@@ -518,11 +512,8 @@ class WarmWalks:
         """Begin with walks of the robot as it is.
 
         Args:
-            study: the question.
             first: a walk of each of its cases, with multipliers.
             options: how walks are searched anew.
-            stop: ends a search.
-            starts: of such a search.
         """
         self.study, self.options, self.stop, self.round = study, options, stop, 0
         self.starts, self.solved, self.evaluations = starts, 0, 0
@@ -631,12 +622,10 @@ def codesign(
     """Choose the variables of a study for the least weighted sum of the costs of its walks.
 
     Args:
-        study: the question.
         options: how walks are designed at first and at last.
         earlier: trials of a run that was interrupted, in order.
         before: walks of the robot as it is, if they are at hand; else they are designed.
         starts: first guesses of each walk that is searched anew.
-        on_trial: called with every new trial.
         stop: ends the search; the trials until then are kept by `on_trial`.
 
     Raises:

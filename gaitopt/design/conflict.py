@@ -140,13 +140,7 @@ def easier_guess(problem: WalkProblem) -> Array:
 def find_least_relaxation(
     problem: WalkProblem, points: Sequence[Array], stop: Stop = never, solver: SQP = CONFLICT_SOLVER
 ) -> LeastRelaxation | None:
-    """Return the smallest relaxation of all constraints that is found from several points.
-
-    Args:
-        problem: the walk.
-        points: parameters to begin with, shape (P,) each.
-        stop: ends the search.
-        solver: of the relaxed programs.
+    """Return the smallest relaxation of all constraints found from points (P,) each.
 
     Raises:
         StoppedError: `stop` said so.

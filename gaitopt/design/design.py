@@ -138,7 +138,6 @@ def walk_after_diagnosis(
     """Return the walk that a diagnosis leads to where solvers found none; raise if there is none.
 
     Args:
-        problem: the walk.
         tried: what solvers made of it, none of them a walk.
         search: how it was searched for; stopped, it ends the diagnosis.
 
@@ -222,7 +221,6 @@ def compare_solvers(
         optimality and violation are nan where a solver could not begin.
 
     Args:
-        robot: the biped.
         task: by default the preset `standard`.
         solvers: names of `gaitopt.solvers.SOLVERS`, or solvers with options.
         start: parameters to begin with, shape (P,), or those of a gait; by default `first_guess`.

@@ -188,10 +188,8 @@ def find_suggestions(
     """Return what suffices, the most promising first, and the settings changed alone in vain.
 
     Args:
-        problem: a walk without a gait.
         relaxed: its smallest relaxation; without one, only what asks for more than is usual is
             changed.
-        search: how the walk was searched for, and will be.
 
     Raises:
         StoppedError: the search was stopped.
@@ -218,9 +216,7 @@ def followed(robot: Robot, task: Task, x: Array, search: Search) -> Design | Non
     that is done went the same way as without that limit.
 
     Args:
-        robot, task: as changed.
         x: a walk that nearly keeps the limits, shape (P,).
-        search: as `following` returns it.
 
     Raises:
         StoppedError: the search was stopped.
@@ -639,7 +635,6 @@ def diagnose(
     """Find out why a walk has no feasible gait and what change would give it one.
 
     Args:
-        problem: the walk.
         tried: what solvers made of it, where they could start.
         search: how the walk was searched for; suggestions are followed in the same way.
 

@@ -131,9 +131,6 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
         everywhere: whether to return the worst extreme of every row too, however far it is from
             its limits.
 
-    Returns:
-        For each limit of each row the local extremes that are near it.
-
     Raises:
         EvaluationError: the walk is not defined at x, or a row has no finite value.
     """
@@ -171,7 +168,6 @@ def _resolved(fine: WalkProblem, parameters: bytes) -> list[_Piece]:
     tells.
 
     Args:
-        fine: the walk on the proof's grid.
         parameters: x, shape (P,), as bytes.
     """
     x = np.frombuffer(parameters)

@@ -162,13 +162,10 @@ def walks_at_best_times(
     start: Array | None = None,
     stop: Stop = never,
 ) -> list[tuple[Task, Array | None]]:
-    """Return tasks with the times of phases that cost least, each with its walk; best first.
+    """Return tasks with the times of phases that cost least, each with its walk (P,); best first.
 
     Once from the first guess and once from a slower walk, which lead to different optima. Without a
     walk at the times that the task asks for, that task and the start are returned.
-
-    Args:
-        robot, task, options, start, stop: as of `best_times`.
 
     Raises:
         UnreachableError: the step asked for is longer than the legs.

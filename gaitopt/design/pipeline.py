@@ -290,11 +290,7 @@ def derived(problem: WalkProblem, options: DesignOptions) -> NLP:
 
 
 def complete(problem: WalkProblem, solution: Solution, search: Search) -> Design:
-    """Refine, confirm and certify a walk.
-
-    Args:
-        problem, solution: the walk on the task's samples, solved.
-        search: solver and refinement.
+    """Refine, confirm and certify a walk that was solved on the samples of its task.
 
     Raises:
         EvaluationError: the walk is not defined between its samples.
@@ -382,11 +378,9 @@ def landed_softly(
 def finished(
     problem: WalkProblem, solution: Solution, refined: bool, fine: WalkProblem | None = None
 ) -> Design:
-    """Return a solution as a design: with its gait and its proof.
+    """Return a solution of a walk on its final grid as a design: with its gait and its proof.
 
     Args:
-        problem: the walk on its final grid.
-        solution: of it.
         refined: whether it was meant to hold between the samples too.
         fine: the walk on the certificate's grid, if it is at hand.
     """
@@ -401,13 +395,7 @@ def finished(
 
 
 def proof_record(solution: Solution, certificate: Certificate, refined: bool) -> dict[str, object]:
-    """Return how a solution was found and what was proven of it, JSON-able.
-
-    Args:
-        solution: what the solver returned.
-        certificate: of it.
-        refined: whether it was meant to hold between the samples too.
-    """
+    """Return how a solution was found and what was proven of it, JSON-able."""
     return {
         "solver": {
             "name": solution.solver,
@@ -447,14 +435,9 @@ def gentle(problem: WalkProblem) -> WalkProblem:
 
 
 def carried_over(x: Array, one: WalkProblem, other: WalkProblem) -> Array:
-    """Return the parameters of a walk whose double support begins in the other way, same motion.
+    """Return parameters x (P,) of `one` for the same motion as `other` begins its double support.
 
     Of an impact: as it is after it, and without an impulse where there was none.
-
-    Args:
-        x: parameters of a walk, shape (P,).
-        one: the walk they are of.
-        other: the walk they are to be of.
 
     Raises:
         EvaluationError: the walk is not defined at x.
@@ -473,13 +456,9 @@ def carried_over(x: Array, one: WalkProblem, other: WalkProblem) -> Array:
 
 
 def impact_possible(problem: WalkProblem, x: Array) -> bool:
-    """Return whether there may be an impact that both feet take, at the posture in which they do.
+    """Return whether there may be an impact that both feet take, at the posture x (P,).
 
     Cones count as the pyramids around them, so that where there is none there is none indeed.
-
-    Args:
-        problem: a walk whose double support begins with an impact.
-        x: parameters, shape (P,).
 
     Raises:
         EvaluationError: the walk is not defined at x.

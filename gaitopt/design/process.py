@@ -134,7 +134,6 @@ def shut_down(pool: ProcessPoolExecutor, *, at_once: bool = False) -> None:
     longer than a pipe holds: nobody reads it, and a thread goes on writing it (CPython's gh-94777).
 
     Args:
-        pool: not shut down yet.
         at_once: kill its processes, whatever they do.
     """
     facts = vars(pool)  # taken before the shutdown, which forgets them

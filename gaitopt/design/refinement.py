@@ -160,7 +160,6 @@ def resting_walk(
 
     Args:
         sparse: the walk at its samples.
-        fine: the walk on the certificate's grid.
         x: where to begin, shape (P,).
         active: limits that a walk like it presses on.
         solver: whose quadratic programs are used.
@@ -199,16 +198,11 @@ def resting_walk(
 def on_either_side(
     fine: WalkProblem, x: Array, active: Iterable[ActiveRow]
 ) -> tuple[ActiveRow, ...]:
-    """Return the active rows of a solution, in place of each that moves along two beside it.
+    """Return the active rows of a walk at x (P,), in place of each that moves along two beside it.
 
     How a row bends as its instant moves may be all that makes the walk a minimum. Held on either
     side it does not move, and exceeds its limit in between by half of what refinement allows,
     or less where it bends otherwise so near.
-
-    Args:
-        fine: the walk on the certificate's grid.
-        x: parameters, shape (P,).
-        active: limits that it presses on.
     """
     rows: list[ActiveRow] = []
     for one in _at_extremes(fine, located(fine, x), active):
@@ -420,9 +414,7 @@ def refine(
     """Solve again, warm, with the violated instants of the fine grid, until none is left.
 
     Args:
-        problem, solution: a walk and its solution on the given samples.
         solver: used for every round.
-        on_progress: makes the progress callback of a walk.
         stop: where it says True, the walk of the last complete round is kept.
         fine: the walk on the certificate's grid, if it is at hand.
 
@@ -484,10 +476,7 @@ def _held_beside(
 
     Args:
         sparse: the walk at its samples.
-        fine: the walk on the certificate's grid.
         problem, solution: the walk at the instants that Newton's method has found, solved.
-        solver: of the rounds.
-        solve_with: solves by a solver.
     """
     newton = quadratic(solver)
     if newton is None or solution.status is not Status.OPTIMAL:
@@ -540,7 +529,6 @@ def exchange(
     be the last that is asked for.
 
     Args:
-        sparse: the walk at its samples.
         x: where to begin, shape (P,).
         active: limits that a walk like it presses on.
         solve: solves a round.
@@ -600,11 +588,6 @@ def pruned(
     """Return the walk on the grid without added instants at which nothing presses.
 
     Limits with nearly the same gradients cost a second opinion more than all the rest.
-
-    Args:
-        sparse: the walk at its samples.
-        problem: the walk with instants added.
-        solution: of it.
     """
     active = active_rows(problem, solution.multipliers)
     lean = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, active)))

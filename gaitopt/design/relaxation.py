@@ -108,8 +108,6 @@ class RelaxedProgram(NLP):
         """Relax a program.
 
         Args:
-            base: the program.
-            relaxations: k of them.
             centre: x_0, shape (n,).
             weights: linear objective on x, shape (n,), by default none.
         """
@@ -278,7 +276,6 @@ class Adjustment(ABC):
         """Return the program whose solution turns the setting the least.
 
         Args:
-            problem: the walk.
             start: variables as `start` returns them; the solution is sought near their x.
         """
 
@@ -327,7 +324,6 @@ class LimitAdjustment(Adjustment):
         changes do.
 
         Args:
-            problem: the walk.
             x: its parameters, shape (P,), of which only a free duration matters.
         """
         size = problem.rows.lower.size
@@ -366,10 +362,8 @@ class LimitAdjustment(Adjustment):
         """Return which rows move with a force.
 
         Args:
-            problem: the walk.
             task: with the value at its bound.
             share: of the way there that is gone per unit of t.
-            changed: the blocks of that task.
         """
         present = {f.name: f for f in problem.blocks}
         others = {f.name: f for f in changed}
@@ -457,7 +451,6 @@ def limit_adjustments(problem: WalkProblem, alone: bool = False) -> tuple[LimitA
     """Return everything that can be turned in the limits of a walk.
 
     Args:
-        problem: the walk.
         alone: whether the limit of torsional friction stays while friction changes, even where it
             is, as in the presets, what the sole bears by it.
     """

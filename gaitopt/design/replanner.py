@@ -66,7 +66,6 @@ class Plan:
         """Return the walk refined between its samples, confirmed and certified.
 
         Args:
-            options: solver and refinement.
             stop: where it says True, the best walk until then is returned.
 
         Raises:
@@ -111,7 +110,6 @@ class Replanner:
 
         Args:
             robot: who walks, the same object as before unless it has changed.
-            task: how.
             deadline: seconds from now after which the answer is "late"; it is looked at in every
                 iteration, of some milliseconds.
             stop: asked as often; where it says True, the answer is "late" too.

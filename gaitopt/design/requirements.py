@@ -246,12 +246,7 @@ def _stride(gait: Gait, table: MotorTable | None) -> tuple[Array, Array, Array]:
 
 
 def requirement(loop: MotorLoop, gait: str) -> Requirement:
-    """Return what a motor must deliver in a gait.
-
-    Args:
-        loop: of the motor.
-        gait: label of the gait.
-    """
+    """Return what a motor must deliver in the gait of a label."""
     torque, rate, power = np.abs(loop.torque), np.abs(loop.rate), loop.power
     strongest, fastest = int(np.argmax(torque)), int(np.argmax(rate))
     return Requirement(
@@ -301,13 +296,7 @@ def requirements_of(loops: Mapping[str, Sequence[MotorLoop]]) -> list[Requiremen
 
 
 def motor_use(loop: MotorLoop, gait: str, drive: Drive) -> MotorUse:
-    """Return what a gait asks of a motor, and which share of its limits that is.
-
-    Args:
-        loop: of the motor at its joint.
-        gait: label of the gait.
-        drive: motor and gear.
-    """
+    """Return what a gait asks of a motor, and which share of its limits that is."""
     motor, able = drive.motor, drive.at_joint()
     torque = (np.abs(loop.torque) + drive.friction) / (drive.ratio * drive.efficiency)
     current = torque / motor.torque_constant
@@ -344,7 +333,6 @@ def worst_case(
     """Return for every motor the largest of each figure, and the gait that asks for it.
 
     Args:
-        found: of motors in gaits.
         names: of the figures, `FIGURES` or `USES`.
     """
     by_motor: dict[str, list[Requirement | MotorUse]] = {}

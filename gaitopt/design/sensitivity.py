@@ -109,12 +109,7 @@ class Envelope:
     """The Lagrangian of an optimal walk as a function of everything but its parameters."""
 
     def __init__(self, problem: WalkProblem, x: Array, multipliers: Array) -> None:
-        """Evaluate the walk once.
-
-        Args:
-            problem: the walk.
-            x: its optimal parameters, shape (P,).
-            multipliers: of the scaled rows there, shape (m,).
+        """Evaluate the walk once at its optimum: x (P,), and multipliers of the scaled rows (m,).
 
         Raises:
             EvaluationError: the walk is not defined at x.
@@ -308,7 +303,6 @@ def sensitivities(
     """Return what all numbers of robot and task do to the cost of an optimal walk.
 
     Args:
-        problem: the walk.
         x: its optimal parameters, shape (P,).
         multipliers: there, of the scaled rows (m,) and of the bounds (P,).
 

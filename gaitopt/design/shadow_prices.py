@@ -64,7 +64,6 @@ def shadow_prices(
     """Return the prices of all numbers that an optimal walk presses on, the greatest effect first.
 
     Args:
-        problem: the walk.
         x: its optimal parameters, shape (P,).
         multipliers: there, of the scaled rows (m,) and of the bounds (P,).
 
@@ -113,10 +112,7 @@ def _of_settings(
 def kinks(problem: WalkProblem, x: Array, multipliers: Array) -> Iterator[str]:
     """Yield words of the margins that are worth more on one side of their value than on the other.
 
-    Args:
-        problem: the walk.
-        x: its optimal parameters, shape (P,).
-        multipliers: there, of the scaled rows (m,).
+    At an optimum x (P,) with multipliers (m,) of the scaled rows.
     """
     whole, pressed = problem.whole(x), pressed_rows(problem, multipliers)
     for setting in limit_adjustments(problem, alone=True):
@@ -147,10 +143,6 @@ def _rate(
     """Return what a change that matters does to the scaled Lagrangian of the walk as it is.
 
     Args:
-        problem: the walk.
-        whole: it at its optimal parameters.
-        pressed: multipliers of its rows.
-        setting: what changes.
         side: 1.0 where limits give, -1.0 where they take.
     """
     held = [b for b in problem.blocks if b.name in pressed and b.name in setting.constraints]
@@ -170,10 +162,8 @@ def pressing(block: ConstraintBlock, own: ConstraintBlock, y: Array, whole: Step
     """Return multipliers . (rows - limits) of a walk as it is, by other rows and limits.
 
     Args:
-        block: the rows.
         own: those of the walk, by which the multipliers are scaled.
         y: multipliers of the walk's rows, shape (K, k).
-        whole: the walk.
     """
     values = block.function.value(block.take(whole.values))
     limits = np.where(y > 0.0, block.upper, block.lower)

@@ -133,7 +133,6 @@ def chosen(
 
     Args:
         gaits: by label, of one robot.
-        catalogue: what there is.
         aim: least "mass" of the motor, then loss; or least "loss", then mass.
         reserve: over what the gaits ask.
 
@@ -257,11 +256,6 @@ def size(
 
     Args:
         gaits: by label, of one robot, designed with or without motors.
-        catalogue: what there is.
-        options: how gaits are designed.
-        aim, reserve: as of `chosen`.
-        on_round: called with every choice.
-        stop: ends a search.
 
     Raises:
         InputError: no motor serves a joint, or no gait is possible with those chosen.

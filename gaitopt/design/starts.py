@@ -73,9 +73,7 @@ def design_gait(
     the options say so.
 
     Args:
-        robot: the biped.
         task: speed, duration, margins; by default the preset `standard`.
-        options: solver, refinement, kind of derivatives.
         start: first guess of the parameters, shape (P,), or a gait, which is gone on from at its
             instants if it is an optimum of this very walk; by default `first_guess`.
         starts: number of first guesses to try, of which the best walk is kept; by default 2, or 1
@@ -137,7 +135,6 @@ def many_starts(
     The result depends on the seed, not on the number of workers.
 
     Args:
-        robot: the biped.
         task: by default the preset `standard`.
         options: as of `design`; the starts always have exact derivatives.
         count: number of starts; the first is the guess itself, the second a slower walk. Where
@@ -423,12 +420,7 @@ class StartJob:
     seed: int
 
     def run(self, number: int, search: Search) -> Outcome:
-        """Solve from one start.
-
-        Args:
-            number: of the start.
-            search: how it is made.
-        """
+        """Solve from one start."""
         if number == SECOND:
             easier = self.task.ground.easier()
             known = self._on_easier_ground(search) if easier else self._at_share(SLOWER, search)
@@ -439,11 +431,7 @@ class StartJob:
         return Outcome(number, attempt(problem, search, start))
 
     def from_faster(self, number: int, search: Search) -> Outcome | None:
-        """Solve from a faster walk; None if there is none, or the walk is no slow one.
-
-        Args:
-            number, search: as of `run`.
-        """
+        """Solve from a faster walk; None if there is none, or the walk is no slow one."""
         if self.task.pace >= stroll(self.robot):
             return None
         known = self._at_share(FASTER, search)
@@ -498,9 +486,6 @@ def outcomes_of(job: StartJob, count: int, workers: int, search: Search) -> Iter
     """Make the starts and yield their outcomes in order, until the search is stopped.
 
     Args:
-        job: what is solved.
-        count: number of starts.
-        workers: processes.
         search: how each is made. Several processes tell nobody; they are asked to stop ten times a
             second, and yield the best iterates of the starts that they were at.
 

@@ -305,12 +305,7 @@ def _certificate(gait: Recorded) -> Facts:
 def proof_rows(
     solver: Mapping[str, Any], certificate: Mapping[str, Any]
 ) -> list[tuple[str, str, str]]:
-    """Return what was checked, what came out, and what is allowed, in words for people.
-
-    Args:
-        solver: its record in `summarise`.
-        certificate: likewise.
-    """
+    """Return what was checked, what came out, what is allowed, by two records of `summarise`."""
     try:
         rows = [("solver", _solver_words(solver), "")] if solver["name"] is not None else []
         return rows + (_checks(certificate) if certificate["kkt"] is not None else [])

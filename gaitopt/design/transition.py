@@ -123,7 +123,6 @@ def design_transition(
 
     Args:
         before, after: gaits, of one robot; None: it stands at rest on both feet.
-        steps: number of steps between.
         durations: of each of them, or of all [s]; by default they are searched, from those of the
             walks and less next to rest.
         shift: from standing, time for which the weight moves over the first stance foot while both
@@ -131,8 +130,6 @@ def design_transition(
         stretch: of the legs of a robot that stands: distance of hip and ankle over their length.
         postures: intermediate ones of each step, by default those of the walk, or `POSTURES`.
         margins: limits other than those of the walk, by name as in `Margins`.
-        options: how it is searched for.
-        on_progress: makes the progress callback of a problem.
         stop: where it says True, the search ends.
 
     Raises:
@@ -187,10 +184,6 @@ def transition_problem(
 
 def audit_transition(transition: Transition, known: Iterable[Extension] = ()) -> Audit:
     """Compute a transition again from its parameters and its gaits, as `audit` does a gait.
-
-    Args:
-        transition: as read from its file.
-        known: constraints and costs that are not gaitopt's own.
 
     Raises:
         GaitFileError: it lacks what is needed for that, or its parameters make no steps, or its
@@ -297,13 +290,7 @@ def _ends(
 def certify_transition(
     problem: TransitionProblem, x: Array, fine: WalkProblem | None = None
 ) -> Certificate:
-    """Check a transition from first principles, as `certify` does a walk, its beginning included.
-
-    Args:
-        problem: on the grid that was optimised.
-        x: parameters, shape (P,).
-        fine: the transition on the certificate's grid, if it is at hand.
-    """
+    """Check a transition at x (P,), its beginning included; arguments as of `certify`."""
     found = certify(problem, x, fine)
     apart, rate = problem.begin_gap(x)
     size = max(1.0, float(np.abs(problem.transition.begin.rate).max()))
@@ -322,11 +309,9 @@ def transition_at(
     after: Gait | None,
     meta: dict[str, object],
 ) -> Transition:
-    """Return the transition at parameters x, sampled at the task's quadrature nodes.
+    """Return the transition at x (P,), sampled at the task's quadrature nodes.
 
     Args:
-        problem: of it.
-        x: parameters, shape (P,).
         before, after: the gaits at its ends; None at rest.
         meta: what to record besides robot, task and cost.
     """

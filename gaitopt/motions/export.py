@@ -63,7 +63,6 @@ def format_named(name: str, *others: str) -> MotionFormat:
     """Return a form of motions by its name.
 
     Args:
-        name: of it.
         others: names that could be given too, which are no forms of motions alone.
 
     Raises:
@@ -402,7 +401,6 @@ def export(
     """Write a gait for a controller, an engine or a learner, atomically.
 
     Args:
-        gait: what to write.
         path: file; without a format its suffix chooses the form: .csv, .json, .yaml or .yml with
             the samples of the gait file.
         both_legs: whether those are of a whole stride, not of one step; only without a format.
@@ -411,9 +409,6 @@ def export(
         strides: number of strides of two steps, 1 by default; halves are steps.
         joints: order of the joints: "gait", "mujoco", "isaac", "g1", "mjcf", or names; by default
             that of the format.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: the form is unknown, what is asked does not go with it, or the path cannot be
@@ -463,12 +458,7 @@ def export_transition(
     A stride of the walk before, or half a second of rest; the steps; the same after them.
 
     Args:
-        transition: what to write.
-        path: file.
         format, rate, joints: as in `export`.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: as in `export`, or the form has no samples.
@@ -491,7 +481,6 @@ def export_library(
     Points without a gait, or whose file cannot be used, are lines without a file.
 
     Args:
-        library: of gaits, or its directory.
         directory: where to write; made if it does not exist.
         format, rate, strides, joints: as in `export`.
 

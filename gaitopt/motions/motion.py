@@ -350,7 +350,6 @@ def motion(
     a motion of whole strides goes on with its own first sample.
 
     Args:
-        gait: to sample.
         rate: samples a second [Hz].
         strides: number of strides of two steps; halves are steps. A transition is one.
         joints: order of the joints; see `RobotOrder.rows`.

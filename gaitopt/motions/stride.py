@@ -77,7 +77,6 @@ def with_followers(gait: Gait, rates: Array, angles: Array) -> Array:
     """Return rates of a gait's joints (J,), then of those that follow them, (J + t,).
 
     Args:
-        gait: of the joints.
         rates, angles: of its joints at an instant [rad/s, rad], shape (J,).
     """
     body = gait.multibody
@@ -169,12 +168,7 @@ def export_step(gait: Gait, path: str | Path, *, both_legs: bool = False) -> Pat
     """Write a gait for a spreadsheet (.csv) or a controller (.json, .yaml, .yml), atomically.
 
     Args:
-        gait: what to write.
-        path: file; its suffix chooses the form.
         both_legs: whether to add the mirror image of the step, for a whole stride.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: the suffix is unknown, or the path cannot be written.

@@ -143,7 +143,6 @@ def battery(
     Args:
         gait: what to walk; undisturbed it should walk.
         options: ground of the walks; their numbers of steps are the battery's.
-        controller: as in `simulate`.
         thorough: whether to try everything; otherwise four checks.
         on_progress: called with the name of what is tried next.
 
@@ -216,12 +215,7 @@ def largest_push(
     least. It lasts 50 ms and comes at half of the fifth step.
 
     Args:
-        gait: what to walk.
-        direction: its name.
         along: unit vector in the world, shape (3,).
-        options: ground of the walks.
-        controller: as in `simulate`.
-        bisections: how often the range is halved.
 
     Raises:
         InputError: fewer than one bisection.
@@ -252,12 +246,7 @@ def largest_push(
 
 
 def suspect(tries: tuple[str, ...], points: tuple[WeakPoint, ...]) -> WeakPoint:
-    """Return what in the gait a fall points to: of what was tried, what is nearest its bound.
-
-    Args:
-        tries: names of weak points.
-        points: of the gait.
-    """
+    """Return what in the gait a fall points to: of what was tried, what is nearest its bound."""
     return max((p for p in points if p.name in tries), key=lambda p: p.severity)
 
 

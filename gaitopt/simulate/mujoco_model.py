@@ -193,7 +193,6 @@ def robot_spec(
     """Return the MuJoCo model of a robot before it is compiled.
 
     Args:
-        body: the robot of a gait.
         torque_limit: of the motors of the moving joints [N·m], shape (n,); NaN or None: unlimited.
         friction: sliding coefficient of soles on the ground.
 
@@ -250,7 +249,6 @@ def mjcf_text(
     Keyframes hold `qpos`, `qvel`, the torques of the design as `ctrl`, and the time.
 
     Args:
-        gait: whose robot and walk.
         rate: keyframes a second [Hz].
         strides: number of periods that they last.
 

@@ -104,12 +104,7 @@ class JointPD:
     """
 
     def __init__(self, robot: SimulatedRobot, trajectory: Trajectory) -> None:
-        """Take gains from the mass matrix at the start of the walk.
-
-        Args:
-            robot: the model.
-            trajectory: the walk.
-        """
+        """Take gains from the mass matrix at the start of the walk."""
         self.interval = 0.002
         self._robot, self._foot, self._landed = robot, 0, -both_feet(trajectory)
         self._reference = joint_reference(trajectory, 0.0005)

@@ -165,8 +165,6 @@ def _impact_inside(
     """Return the motors' rates after an impact inside a step, and the impulse on each foot.
 
     Args:
-        robot, data: of the engine.
-        trajectory: from which the rates before it are.
         time: of the impact [s].
         front: whether it stops both feet, or the standing one alone.
 

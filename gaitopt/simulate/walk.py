@@ -174,7 +174,6 @@ def simulate(
     """Walk a gait in MuJoCo, from its start.
 
     Args:
-        gait: what to walk.
         options: how long, and on what ground.
         controller: makes the controller of the model, the walk and the torque limits; the
             whole-body controller by default.

@@ -111,7 +111,6 @@ class WholeBodyController:
 
         Args:
             robot: the model that the controller believes in.
-            trajectory: the walk.
             torque_limit: of the motors [N·m], shape (n,); NaN or None: unlimited.
             reference: of the walk, where it is made already.
         """
@@ -351,7 +350,6 @@ class WholeBodyController:
 
         Args:
             since: touch-down [s].
-            target: of the design.
             push: acceleration of the move of the step (2,).
             standing: place of the standing sole (3,).
             twist: of the swing sole (6,).

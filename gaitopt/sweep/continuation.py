@@ -139,7 +139,6 @@ def promising(
     """Return the neighbours from which a point might reach a lower cost, the best first.
 
     Args:
-        grid: of the sweep.
         walk_at: returns the walk known at a point, None where none was found.
         point: which; one without a walk is promised one by every neighbour that walks.
         neighbours: of the point, each with its axis, see `GridLevel.neighbours`.
@@ -211,7 +210,6 @@ def solve_between_samples(
         sparse: the walk at its samples.
         x: where to begin, shape (P,).
         active: limits at which a walk like it is.
-        solver: of every round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
         cost_limit: of a walk that is wanted; adding instants never lowers the cost.
 
@@ -253,15 +251,9 @@ def with_all_work(way: Sequence[FeasibleWalk]) -> FeasibleWalk:
 
 
 def finish(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
-    """Return the finished gait of a walk; the better of two ways if the first is not certified.
+    """Return the finished gait of a walk, None where refinement leaves none.
 
-    Args:
-        scenario: robot and task.
-        walk: of them.
-        options: as of `design`.
-
-    Returns:
-        The design, or None where refinement left no walk.
+    The better of two ways if the first is not certified.
     """
     first = _refined(scenario, walk, options)
     if first is not None and (first.certificate.certified or not options.refine):
@@ -390,9 +382,7 @@ def continue_from(
     walk, whichever is cheaper; from disturbed guesses.
 
     Args:
-        scenario: where to.
         neighbours: that walk, the most promising first.
-        options: as of `design`.
         axes: swept quantities with their values there.
         substeps: whether to try smaller steps.
         cold_start: whether to try without neighbours too.
@@ -431,10 +421,6 @@ def cold_walks(scenario: Scenario, options: DesignOptions) -> Iterator[tuple[str
     """Yield walks at the samples with where they came from, the most promising first.
 
     The starts are those of a single design, then disturbed ones.
-
-    Args:
-        scenario: robot and task.
-        options: as of `design`.
     """
     robot, task = scenario.robot.build(), scenario.task
     try:

@@ -272,7 +272,6 @@ def grid_of(directory: Path, record: Record) -> TaskGrid:
 
     Args:
         directory: where it was read, for messages.
-        record: as of `manifest_record`.
 
     Raises:
         GaitFileError: the record does not say it.

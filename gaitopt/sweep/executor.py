@@ -153,7 +153,6 @@ def local_workers(workers: int, on_start: Callable[[], None] = lambda: None) -> 
     be copied each of them imports it.
 
     Args:
-        workers: how many.
         on_start: called before they are started.
 
     Raises:

@@ -71,9 +71,7 @@ def interpolate(
     """Return the gait at values of the swept quantities that lie between points of a library.
 
     Args:
-        library: of gaits.
         values: of all its quantities.
-        options: as of `design`.
         known: constraints and costs of the library that are not gaitopt's own, as
             `load_plugin("mine.py").extensions`.
 

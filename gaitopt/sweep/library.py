@@ -294,7 +294,6 @@ def file_fault(path: Path, values: Mapping[str, float], written: str) -> str:
     """Return what is wrong with a gait file of a library, one of `FAULTS`, or an empty text.
 
     Args:
-        path: of the file.
         values: of the swept quantities at its point.
         written: digest of what was written there; empty if unknown.
     """

@@ -100,20 +100,14 @@ def sweep(
     """Design a gait at every point of a grid; go on where an earlier call was interrupted.
 
     Args:
-        robot: the biped.
         task: of which the axes vary quantities.
-        axes: at least one.
         directory: of the library; made if it does not exist.
-        options: as of `design`.
         spec: of the robot, which axes of its entries need.
         motors: of the robot, which axes of their numbers need.
         seed: values near which to begin; by default both ends of the longest axis.
         task_at: the task for values of the axes, if more follows from them than themselves.
         executor: does the work, and is left open; by default this process does it.
         on_progress: told after every job.
-
-    Returns:
-        The library, every point of it finished or refused.
 
     Raises:
         InputError: axes, seed or a task cannot be used; the directory cannot be written, holds

@@ -68,10 +68,8 @@ def fastest(
     too.
 
     Args:
-        robot: the biped.
         task_at: the task at a speed; the step duration may follow from it.
         speed: to begin with [m/s].
-        options: solver and refinement.
         resolution: [m/s].
         on_try: told every speed, and the design or None.
         stop: asked at every iteration; where it says True, the search ends.

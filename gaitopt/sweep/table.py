@@ -107,9 +107,7 @@ def gait_row(found: Design, walk: WarmStart, values: Mapping[str, float], second
     """Return the line of a gait; SI units.
 
     Args:
-        found: the gait.
         walk: from which it was finished; its work is counted, its cost gradient is given.
-        values: of the swept quantities.
         seconds: of processor, for everything.
     """
     facts: Any = summarise(found.gait)

@@ -80,7 +80,6 @@ class Animation:
         """Hand the motion to the viewer, which plays it over and over.
 
         Args:
-            viewer: that shows the nodes.
             whole: False for its ends alone, where `record` gives the page the rest.
         """
         # one frame is one second, so that key times are times
@@ -213,7 +212,6 @@ def build_scene(
     """Put the walking robot into a MeshCat viewer and set it in motion.
 
     Args:
-        viewer: an empty one.
         gait: one step, or a transition, of which all is shown.
         steps: how many to show; then the animation starts again.
         package_dirs: where to look for meshes.
@@ -221,9 +219,6 @@ def build_scene(
             moves by itself is left to `Scene.motion`.
         whole: whether the viewer is given all of the motion, and not only its ends, because
             nothing puts `Scene.motion` in their place.
-
-    Returns:
-        What is shown.
 
     Raises:
         InputError: steps < 1.
@@ -247,11 +242,7 @@ def build_beside(
     The film is left to `Scene.motion`, whose tracks are the same for every other walk.
 
     Args:
-        viewer: an empty one.
-        gait: one step, as designed.
-        other: the other walk.
         steps: of the longest walk that is shown: of stairs, and of footprints.
-        package_dirs: where to look for meshes.
         drawn: as for `build_scene`.
 
     Raises:
@@ -322,10 +313,6 @@ def draw_robot(
     """Put a robot into a viewer and move it, with one node for each body that carries shapes.
 
     Args:
-        robot: its node.
-        moves: collects the motion.
-        body: the robot.
-        shapes: what is drawn.
         configurations: of its model, shape (N, 7 + M).
         times: of these, increasing [s].
         new: whether its shapes are still to be put there.
@@ -398,10 +385,7 @@ def _draw_profile(node: Node, ground: Ground, step: float, steps: int, beside: f
     """Draw a block for the ground of each step, of those that the walk does not reach too.
 
     Args:
-        node: of the ground.
-        ground: no plane.
         step: length of a step [m].
-        steps: of the walk.
         beside: by how much wider it is to the left [m].
     """
     numbers = range(-_MORE_STEPS, steps + _MORE_STEPS + 1)
@@ -522,11 +506,7 @@ def _draw_mark(
     """Mark what of a foot rests on the ground.
 
     Args:
-        node: of the mark.
-        moves: collects the motion.
-        body: the robot.
         walk: its samples, and the times of the frames.
-        mark: what is marked, and when.
         new: whether the mark is still to be put there.
     """
     (samples, times), feet, contact = walk, mark.feet, mark.contact
@@ -640,8 +620,6 @@ def _follow(
     """Move the world back, so that the robot stays in the picture.
 
     Args:
-        world: its node.
-        moves: collects the motion.
         samples, times: of the walk, and of the frames [s].
         target: what the camera looks at: to the left of the robot's path, above the ground [m].
         steady: whether at the mean speed; otherwise as the robot moves, smoothed.

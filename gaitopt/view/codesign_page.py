@@ -41,10 +41,6 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
 
     Args:
         summary: as `gaitopt codesign` writes it as JSON.
-        path: of the page.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: the file cannot be written.

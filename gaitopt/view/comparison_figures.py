@@ -56,12 +56,8 @@ def write_library_figure(
 
     Args:
         libraries: rows of one or two, by a name for the legend.
-        axes: names of the swept quantities.
         path: of the figure; its suffix chooses the form.
         cost: words and unit of the cost.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: there is no gait to draw, or the file cannot be written.
@@ -178,7 +174,6 @@ def write_convergence_figure(runs: Sequence[Solution], path: Path) -> Path:
     """Draw optimality and violation of every iterate of every solver.
 
     Args:
-        runs: of `compare_solvers`.
         path: of the figure, which ends in .png, .svg or .pdf.
 
     Raises:
@@ -219,11 +214,7 @@ def write_torque_speed_figure(
 
     Args:
         loops: of the motors, by label of the gait; the same motors in each.
-        path: of the figure; its suffix chooses the form.
         table: motors whose envelopes are drawn around the loops.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: the file cannot be written.

@@ -37,7 +37,6 @@ class DrawingWorker:
 
         Args:
             draw: a function of a module, as `draw_figures` and `draw_page`.
-            facts: its arguments.
 
         Returns:
             A function that waits for what `draw` returns, or raises what it raises.
@@ -162,12 +161,7 @@ def ready_for_figures() -> None:
 
 
 def ready_for_page(urdf: str, package_dirs: tuple[str, ...]) -> None:
-    """Load what a page needs, and simplify the meshes of a robot, which takes longer than a gait.
-
-    Args:
-        urdf: text of its file.
-        package_dirs: where its meshes are.
-    """
+    """Load what a page needs, and simplify the meshes of a robot: that takes longer than a gait."""
     import pinocchio as pin
 
     from gaitopt.errors import GaitoptError

@@ -139,13 +139,6 @@ def _look_at(viewer: Node, data: pin.Data) -> None:
 def write_inspection(inspection: Inspection, path: str | Path) -> Path:
     """Write a page with the robot and everything known about it, complete in one file.
 
-    Args:
-        inspection: of the robot, which may be refused.
-        path: the .html file.
-
-    Returns:
-        The path written.
-
     Raises:
         InputError: the path cannot be written.
     """

@@ -67,7 +67,6 @@ class Session(Protocol):
         """Yield what a page is told about settings, the most urgent first.
 
         Args:
-            settings: value of each slider.
             stop: says True as soon as other settings are wanted: what follows is of no use then.
         """
 
@@ -86,7 +85,6 @@ def serve(
     """Serve a session until Ctrl-C, SIGTERM, or until its page is closed.
 
     Args:
-        session: what answers.
         host, port: where to listen; see `SceneServer`.
         on_ready: told the address.
         stay: whether to go on when the page is closed.

@@ -104,15 +104,6 @@ def write_requirements(
 ) -> Path:
     """Write requirements, atomically.
 
-    Args:
-        each: of every motor in every gait.
-        worst: of every motor over all gaits.
-        path: file; its suffix chooses the form.
-        uses: what every gait asks of every motor before its gear.
-
-    Returns:
-        The path written.
-
     Raises:
         InputError: the suffix is unknown, or the path cannot be written.
         MissingExtraError: it is .xlsx, and openpyxl is not installed.

@@ -179,14 +179,7 @@ class MeshData:
 
 
 def read_mesh(path: str) -> MeshData | None:
-    """Return the triangles of an STL, OBJ or Collada file.
-
-    Args:
-        path: of the file.
-
-    Returns:
-        None if it is another file, or one that cannot be read here.
-    """
+    """Return the triangles of an STL, OBJ or Collada file, None where they cannot be read here."""
     read = {".stl": _stl, ".obj": _obj, ".dae": _collada}.get(Path(path).suffix.lower())
     if read is None:
         return None
@@ -437,7 +430,6 @@ def robot_shapes(gait: Recorded, package_dirs: tuple[str, ...] = ()) -> RobotSha
     """Return the visual shapes of a gait's robot, a skeleton if those of a leg are missing.
 
     Args:
-        gait: its robot's file is drawn.
         package_dirs: where to look for meshes, before the directories that the gait records.
 
     Raises:
@@ -473,14 +465,7 @@ def unloaded(path: str, scale: Array) -> coal.BVHModelBase:
 
 
 def draw_shape(robot: Node, group: str, item: pin.GeometryObject, placement: pin.SE3) -> None:
-    """Draw one shape of a robot, as the node `group`/NAME below the robot's.
-
-    Args:
-        robot: its node.
-        group: name of the node that carries the shape.
-        item: the shape, with name, scale and colour.
-        placement: in the group.
-    """
+    """Draw one shape of a robot, as the node `group`/NAME below the robot's."""
     node = robot[f"{group}/{item.name}"]
     matrix = placement.homogeneous @ np.diag([*item.meshScale, 1.0])
     solid = item.geometry

@@ -295,9 +295,7 @@ def play(
     """Serve a page with the robot walking, over and over, from this process.
 
     Args:
-        gait: one step, or a transition.
         steps: how many before the film starts again.
-        open_browser: whether to open the page.
         package_dirs: where to look for meshes.
         host: address to listen on; by default only this machine can reach it.
         port: 0 for any that is free; by default the first free one from 7000 on.

@@ -53,7 +53,6 @@ def stick_figures(body: Multibody, configurations: Array, top: Array) -> StickFi
     """Return the stick figures of a robot.
 
     Args:
-        body: the robot.
         configurations: of its model, shape (N, 7 + M).
         top: of the trunk in the base's frame [m], see `trunk_top`.
     """

@@ -57,10 +57,6 @@ def write_video(gait: Gait, replays: Sequence[Replay], path: Path) -> Path:
     Args:
         gait: as designed, grey.
         replays: what was simulated.
-        path: .mp4, .webm or .gif.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: there is no ffmpeg, it cannot make this kind, or the path cannot be written.
