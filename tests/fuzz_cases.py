@@ -557,7 +557,7 @@ def _try_gait(path: Path, rng, outcome: Outcome, number: int) -> None:
     del rng
     gait = load_gait(path)
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        print_findings_of(screen(stderr=True), gait)
+        print_findings_of(gait)
         print_gait(screen(), gait)
     json.dumps(summarise(gait), allow_nan=False)
     for suffix in (".csv", ".json"):

@@ -27,7 +27,7 @@ def run(asked: CheckOptions) -> None:
     """
     path, plugin = asked.gait, asked.plugin
     gait, rewritten = load(path, verify=False), altered_members(path)
-    print_findings_of(screen(stderr=True), gait)
+    print_findings_of(gait)
     known = () if plugin is None else load_plugin(plugin).extensions
     if isinstance(gait, Transition):
         found, what = audit_transition(gait, known), f"{gait.words} in {len(gait.steps)} steps"

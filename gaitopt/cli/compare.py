@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,14 +11,14 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.atomic import make_directory
 from gaitopt.cli.command_options import CompareOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ABSENT, WIDTH, ProgressDisplay, new_table, screen, warn
 from gaitopt.cli.process import ExitCode, stop_on_interrupt
 from gaitopt.cli.report import print_doubts
 from gaitopt.cli.request import make_request
-from gaitopt.cli.results import require_writable
+from gaitopt.cli.results import require_writable, write_record
 from gaitopt.design.design import COMPARED, compare_solvers, run_record
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
@@ -122,7 +121,5 @@ def _write(runs: Sequence[Solution], output: Path) -> None:
     from gaitopt.view.comparison_figures import write_convergence_figure
 
     make_directory(output)
-    record = {"solvers": [run_record(one) for one in runs]}
-    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(output / RECORD, f"{text}\n".encode())
+    write_record({"solvers": [run_record(one) for one in runs]}, output / RECORD)
     write_convergence_figure(runs, output / FIGURE)

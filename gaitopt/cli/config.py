@@ -15,7 +15,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraints import Margins
-from gaitopt.gait.costs import COSTS, Cost
+from gaitopt.gait.costs import COSTS
 from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
 from gaitopt.gait.plugin import Plugin, costs_of, load_plugin
 from gaitopt.gait.task import Task
@@ -219,17 +219,11 @@ def _by_name(*settings: Setting) -> dict[str, Setting]:
     return {one.name: one for one in settings}
 
 
-def _cost_settings(*costs: Cost) -> Iterator[Setting]:
-    """Yield the settings of the fields of costs."""
-    for cost in costs:
-        if is_dataclass(cost):
-            yield from declared(type(cost))
-
-
+_OF_COSTS = [one for cost in COSTS if is_dataclass(cost) for one in declared(type(cost))]
 SCHEMA: dict[str, dict[str, Setting]] = {
     "task": _by_name(_PRESET, *declared(Task)),
     "margins": _by_name(*declared(Margins)),
-    "cost": _by_name(*declared(OwnSettings, "cost"), *_cost_settings(*COSTS)),
+    "cost": _by_name(*declared(OwnSettings, "cost"), *_OF_COSTS),
     "plugin": _by_name(*declared(OwnSettings, "plugin")),
     "geometry": _by_name(*declared(GeometrySettings)),
     "robot": _by_name(*declared(RobotSettings)),

@@ -123,7 +123,8 @@ class ProgressDisplay:
             number, done = len(self._rows), progress.iteration - first
             self._rows[-1] = _row(problem.describe, number, done, progress, self._elapsed)
             self._iterations[number] = done
-            self._show()
+            if self._live is None and not self._quiet and self._elapsed - self._printed >= PERIOD:
+                self._print_line()
 
         return show
 
@@ -144,10 +145,6 @@ class ProgressDisplay:
     @property
     def _elapsed(self) -> float:
         return time.monotonic() - self._started
-
-    def _show(self) -> None:
-        if self._live is None and not self._quiet and self._elapsed - self._printed >= PERIOD:
-            self._print_line()
 
     def _shown(self) -> Table:
         """What the terminal shows, asked for eight times a second: Ctrl-C is answered at once."""

@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from gaitopt.cli.command_options import LibraryOptions
-from gaitopt.cli.display import ABSENT, new_table, screen
+from gaitopt.cli.display import ABSENT, NARROW, new_table, screen
 from gaitopt.cli.process import ExitCode, refuse_options
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.cli.results import require_files
@@ -37,7 +37,6 @@ from gaitopt.sweep.table import (
 )
 
 LIST = "list"  # in place of columns: what there is
-WIDTH = 80  # columns of a terminal that a table needs at most, unless columns were asked for
 _MOTORS = "peak_torque."
 _MORE = ("peak_power.", "friction_used", "cop_to_edge", "step_length")
 _LINE = 6  # characters of a line of a header that are not broken further
@@ -110,7 +109,7 @@ def _design(asked: LibraryOptions) -> None:
         raise InputError("--at is a place in one library; give one directory")
     values = named_values(asked.at, "--at", read_named)
     gait, said = _gait_at(open_library(directories[0]), values, asked.plugin)
-    print_findings_of(screen(stderr=True), gait)
+    print_findings_of(gait)
     out = screen()
     print_gait(out, gait)
     out.print(said, soft_wrap=True)
@@ -146,7 +145,7 @@ def library_table(library: Library, rows: list[Row], names: str | None, width: i
     more = [[name for name in known if name.startswith(start)] for start in _MORE]
     wanted = dict.fromkeys([*axes, *motors, "cost", *chain(*more), "status"])
     found = {n: column(n, _header(n.removeprefix(_MOTORS), unit_of(n, cost))) for n in wanted}
-    room = min(width, WIDTH) + _GAP - sum(found[name].width for name in must)
+    room = min(width, NARROW) + _GAP - sum(found[name].width for name in must)
     fitting = set(must)
     for names_together in [*([name] for name in motors), *more]:
         left_out = set(names_together) - fitting
@@ -190,7 +189,7 @@ def table_of_libraries(
             found.append(_Column(header, [pair[k].get(name) for pair in pairs]))
         if unit_of(name, costs[0]) == unit_of(name, costs[1]):
             found.append(_Column(["B-A", "%"], [_change(pair, name) for pair in pairs]))
-    room = min(width, WIDTH) + _GAP - sum(column.width for column in found)
+    room = min(width, NARROW) + _GAP - sum(column.width for column in found)
     motors = [name for name in known if name.startswith(_MOTORS)] if names is None else []
     for name in motors:
         header = [*_header(name.removeprefix(_MOTORS), ""), "%"]
@@ -267,7 +266,7 @@ def _print_robot_findings(library: Library) -> None:
     for point, state in library.states.items():
         if state.row is not None:
             with suppress(GaitFileError):
-                print_findings_of(screen(stderr=True), library.gait(point))
+                print_findings_of(library.gait(point))
                 return
 
 

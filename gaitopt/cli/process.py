@@ -13,14 +13,14 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from traceback import walk_tb
 from types import FrameType
-from typing import NoReturn, TextIO
+from typing import TextIO
 
 import typer
 
@@ -203,30 +203,20 @@ def stop_on_interrupt(*, announce: bool = True) -> Iterator[StopRequest]:
     def note(number: int, frame: FrameType | None) -> None:
         del number, frame
         if request.asked:
-            _quit()
+            _announce(QUIT)
+            raise SystemExit(int(ExitCode.INTERRUPTED))
         request.asked = True
         if announce:
             _announce(STOPPING)
 
-    with _handled_by(note):
-        yield request
-
-
-@contextmanager
-def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread receives signals
+        yield request  # only the main thread receives signals
         return
-    before = signal.signal(signal.SIGINT, handler)
+    before = signal.signal(signal.SIGINT, note)
     try:
-        yield
+        yield request
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _quit() -> NoReturn:
-    _announce(QUIT)
-    raise SystemExit(int(ExitCode.INTERRUPTED))
 
 
 def _announce(text: str) -> None:

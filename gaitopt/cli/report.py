@@ -22,6 +22,7 @@ from gaitopt.cli.display import (
     fixed,
     new_table,
     number,
+    screen,
     share,
     warn,
 )
@@ -44,13 +45,11 @@ def certificate_table(solver: Mapping[str, Any], certificate: Mapping[str, Any])
     table = new_table("Proof", "check", "result", ">allowed")
     for row in proof_rows(solver, certificate):
         table.add_row(*row)
-    table.add_row("verdict", _verdict(certificate), "")
-    return table
-
-
-def _verdict(certificate: Mapping[str, Any]) -> Text:
     style = "bold green" if certificate["certified"] else "bold yellow"
-    return Text(printable(str(certificate["verdict"] or ABSENT)), style=style)
+    table.add_row(
+        "verdict", Text(printable(str(certificate["verdict"] or ABSENT)), style=style), ""
+    )
+    return table
 
 
 def print_gait(console: Console, gait: Gait) -> None:
@@ -232,9 +231,9 @@ def print_doubts(console: Console, request: Request) -> None:
         warn(console, "warning", foreign)
 
 
-def print_findings_of(console: Console, gait: Recorded) -> None:
-    """Print what was known about the robot of a gait when it was designed."""
-    print_findings(console, findings_of(gait.fact("findings")), _RECORDED)
+def print_findings_of(gait: Recorded) -> None:
+    """Print on stderr what was known about the robot of a gait when it was designed."""
+    print_findings(screen(stderr=True), findings_of(gait.fact("findings")), _RECORDED)
 
 
 def inspect_command(settings: Settings) -> str:

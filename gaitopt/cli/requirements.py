@@ -10,7 +10,7 @@ from rich.table import Table
 
 from gaitopt.actuators.motors import MotorTable, read_motors
 from gaitopt.cli.command_options import RequirementsOptions
-from gaitopt.cli.display import ABSENT, new_table, screen, warn
+from gaitopt.cli.display import ABSENT, NARROW, new_table, screen, warn
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
 from gaitopt.design.requirements import (
@@ -31,7 +31,6 @@ from gaitopt.sweep.library import open_library
 from gaitopt.units import RPM, motion_words
 from gaitopt.view.requirements_file import check_suffix, write_requirements
 
-WIDTH = 80  # columns, which every table fits
 _HEADERS = {
     "peak_torque": "peak\nN·m",
     "speed_at_peak_torque": "at\nrpm",
@@ -83,7 +82,7 @@ def run(asked: RequirementsOptions) -> None:
     table = None if asked.motors is None else read_motors(asked.motors)
     loops, other = _loops(asked.gait, table), _loops(asked.against, table)
     out = screen()
-    width = min(out.width, WIDTH)
+    width = min(out.width, NARROW)
     each = requirements_of(loops)
     worst = worst_case(each)
     _print_requirements(out, worst, _TITLE)
@@ -120,7 +119,7 @@ def _loops(paths: Sequence[Path], table: MotorTable | None) -> dict[str, list[Mo
     """Return the loops of all gaits in files and libraries, by label."""
     gaits = gaits_of(paths)
     for gait in list(gaits.values())[:1]:
-        print_findings_of(screen(stderr=True), gait)
+        print_findings_of(gait)
     return {label: own_motor_loops(gait, table) for label, gait in gaits.items()}
 
 
@@ -162,7 +161,7 @@ def _print_requirements(out: Console, worst: Sequence[MotorRequirement], title: 
             cells = (_cell(name, one.values[name], slides=slides) for name in FIGURES)
             table.add_row(one.motor, *cells)
         if own:
-            out.print(table, width=min(out.width, WIDTH))
+            out.print(table, width=min(out.width, NARROW))
             out.print()
 
 

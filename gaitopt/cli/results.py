@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import is_dataclass
 from pathlib import Path
@@ -49,7 +49,7 @@ def write_results(
     """
     make_directory(directory)
     yield save_gait(gait, directory / GAIT)
-    yield write_atomically(directory / SUMMARY, summary_text(gait).encode())
+    yield write_record(summarise(gait), directory / SUMMARY)
     yield write_atomically(directory / URDF, gait.urdf.encode())
     yield write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode())
     yield write_atomically(directory / TASK, task_text(request, directory).encode())
@@ -72,9 +72,10 @@ def save_elsewhere(gait: Gait) -> Path | None:
     return None
 
 
-def summary_text(gait: Gait) -> str:
-    """Return the figures of a gait as JSON."""
-    return json.dumps(summarise(gait), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+def write_record(record: Mapping[str, object], path: Path) -> Path:
+    """Write figures as JSON, atomically."""
+    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
+    return write_atomically(path, f"{text}\n".encode())
 
 
 def task_text(request: Request, directory: Path) -> str:

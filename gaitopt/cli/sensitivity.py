@@ -18,11 +18,7 @@ from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
 from gaitopt.design.audit import problem_of
 from gaitopt.design.certificate import certify
-from gaitopt.design.sensitivity import (
-    Sensitivity,
-    SensitivityReport,
-    sensitivities,
-)
+from gaitopt.design.sensitivity import Sensitivity, SensitivityReport, sensitivities
 from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import load_plugin
@@ -51,7 +47,7 @@ def run(asked: SensitivityOptions) -> None:
     loaded = load_gait(asked.gait)
     report = report_of(loaded, known)
     out = screen()
-    print_findings_of(screen(stderr=True), loaded)
+    print_findings_of(loaded)
     width = min(out.width, NARROW)
     shown = report.found[: SHOWN if most is None else most]
     out.print(sensitivity_table(shown, report), width=width)
@@ -92,17 +88,11 @@ def sensitivity_table(shown: Sequence[Sensitivity], report: SensitivityReport) -
     table = new_table(title, "change", ">of", ">cost\n%", ">or speed, at\nequal cost, m/s")
     for one in shown:
         share = 0.0 if abs(one.share) < _NONE else 100.0 * one.share
-        table.add_row(one.name, _step(one), f"{share:+.2f}", _speed(one))
+        scale, unit = _READABLE.get(one.unit, (1.0, one.unit))
+        step = f"{scale * one.step:+.3g} {unit}".strip()
+        speed = ABSENT if math.isnan(one.speed) else f"{one.speed:+.4f}"
+        table.add_row(one.name, step, f"{share:+.2f}", speed)
     return table
-
-
-def _speed(one: Sensitivity) -> str:
-    return ABSENT if math.isnan(one.speed) else f"{one.speed:+.4f}"
-
-
-def _step(one: Sensitivity) -> str:
-    scale, unit = _READABLE.get(one.unit, (1.0, one.unit))
-    return f"{scale * one.step:+.3g} {unit}".strip()
 
 
 def write_sensitivities(report: SensitivityReport, path: Path) -> Path:

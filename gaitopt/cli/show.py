@@ -8,7 +8,6 @@ from pathlib import Path
 import typer
 
 from gaitopt.cli.command_options import PlayOptions, PlotOptions
-from gaitopt.cli.display import screen
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.request import require_directories
 from gaitopt.errors import InputError
@@ -69,12 +68,12 @@ def run_plot(asked: PlotOptions) -> None:
 def loaded(path: Path) -> Gait:
     """Return a gait, its robot's oddities told."""
     gait = load_gait(path)
-    print_findings_of(screen(stderr=True), gait)
+    print_findings_of(gait)
     return gait
 
 
 def loaded_motion(path: Path) -> Gait | Transition:
     """Return a gait or a transition, its robot's oddities told."""
     found = load(path)
-    print_findings_of(screen(stderr=True), found)
+    print_findings_of(found)
     return found

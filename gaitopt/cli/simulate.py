@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
@@ -12,17 +11,16 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from gaitopt.atomic import make_directory, taken_by, write_atomically
+from gaitopt.atomic import make_directory, taken_by
 from gaitopt.cli.command_options import SimulateOptions
 from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.process import ExitCode
-from gaitopt.cli.report import print_findings_of
-from gaitopt.cli.results import SUMMARY, require_writable
+from gaitopt.cli.results import SUMMARY, require_writable, write_record
+from gaitopt.cli.show import loaded
 from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import summarise
 from gaitopt.design.walkability import WeakPoint, weak_points
 from gaitopt.errors import InputError
-from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.simulate.battery import PUSHED, Battery, Checked, battery, directions, suspect
@@ -139,8 +137,7 @@ def run(asked: SimulateOptions) -> None:
         )
     if not 0.0 < asked.friction < math.inf:
         raise InputError(f"--friction {asked.friction:g}: it must be above 0")
-    gait = load_gait(asked.gait)
-    print_findings_of(screen(stderr=True), gait)
+    gait = loaded(asked.gait)
     seen = page is not None or video is not None
     options = WalkOptions(
         steps=asked.steps, friction=asked.friction, frames=FRAMES if seen else 0.0
@@ -161,10 +158,9 @@ def run(asked: SimulateOptions) -> None:
     tell("")
     report = Report(gait, walk, engine, points, orbit, tried, controller, options)
     if output is not None:
-        record = {**summarise(gait), "simulation": simulation_record(report)}
-        text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
         make_directory(output)
-        write_atomically(output / SUMMARY, text.encode())
+        record = {**summarise(gait), "simulation": simulation_record(report)}
+        write_record(record, output / SUMMARY)
     if not asked.quiet:
         _print_report(report)
         if output is not None:

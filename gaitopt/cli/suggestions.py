@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 import shutil
@@ -19,6 +18,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
+from gaitopt.cli.results import write_record
 from gaitopt.dataclass import dataclass
 from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.design.pipeline import begins_relaxed
@@ -92,9 +92,7 @@ def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Itera
         yield f"  the walk itself is kept as {kept}"
         commands.append(command)
     if asked.options.output is not None or commands:
-        record = {**diagnosis.record(), "commands": commands}
-        text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-        write_atomically(folder / RECORD, f"{text}\n".encode())
+        write_record({**diagnosis.record(), "commands": commands}, folder / RECORD)
 
 
 def _changes(

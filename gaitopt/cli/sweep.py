@@ -16,7 +16,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from gaitopt.actuators.motors import MotorTable, read_motors
+from gaitopt.actuators.motors import read_motors
 from gaitopt.bounds import WORKERS, at_most
 from gaitopt.cli.command_options import SweepOptions
 from gaitopt.cli.config import SCHEMA, SWEEP, Settings, read_config
@@ -53,11 +53,14 @@ def run(given: Settings, asked: SweepOptions) -> None:
     """
     directory, config, quiet = asked.output, asked.config, asked.quiet
     if config is not None:
-        given = {**_of_file(config, given), **given}
+        of_file = read_config(config, given.get("plugin"))
+        given = {one.name: of_file[one.name] for one in SWEEP if one.name in of_file} | given
     axes = _axes(given)
     require_writable(directory)
     request = _request(given, axes, config)
-    begin = _begin(given, axes)
+    begin, table = _begin(given, axes), request.settings.get("motors")
+    swept = any(axis.of_motors for axis in axes)
+    motors = read_motors(table) if swept and table is not None else None
     errors = screen(stderr=True)
     if not quiet:
         print_doubts(errors, request)
@@ -66,7 +69,7 @@ def run(given: Settings, asked: SweepOptions) -> None:
         with small_matrices(), executor or nullcontext(), SweepDisplay(errors, quiet) as display:
             library = sweep(
                 request.robot, request.task, axes, directory, request.options,
-                spec=biped_spec(request.settings), motors=_motors(request, axes), seed=begin,
+                spec=biped_spec(request.settings), motors=motors, seed=begin,
                 task_at=lambda values: _task_at(request, values), executor=executor,
                 on_progress=display,
             )  # fmt: skip
@@ -83,12 +86,6 @@ def run(given: Settings, asked: SweepOptions) -> None:
         _print_remade("could not be made anew", library, library.faults, out)
         _print_narrowed_gaps(library, request, out)
     _conclude(library, out, quiet, request.options.refine)
-
-
-def _of_file(config: Path, given: Settings) -> Settings:
-    """Return what the section [sweep] of a configuration file says."""
-    settings = read_config(config, given.get("plugin"))
-    return {one.name: settings[one.name] for one in SWEEP if one.name in settings}
 
 
 def make_executor(
@@ -113,7 +110,10 @@ def make_executor(
     count = min(wanted, points, processors())
 
     def on_start() -> None:
-        few = "" if count == wanted else f", not {wanted}: {_few(points)}"
+        few = "this machine has no more processors; --scheduler joins others"
+        if points < processors():
+            few = f"more are idle with {points} point{'s' * (points != 1)}"
+        few = "" if count == wanted else f", not {wanted}: {few}"
         if not quiet:
             errors.print(f"starting workers: {count}{few}", soft_wrap=True)
 
@@ -125,12 +125,6 @@ def processors() -> int:
     if hasattr(os, "sched_getaffinity"):  # not on every system
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def _few(points: int) -> str:
-    if points < processors():
-        return f"more are idle with {points} point{'s' * (points != 1)}"
-    return "this machine has no more processors; --scheduler joins others"
 
 
 class SweepDisplay:
@@ -228,13 +222,6 @@ def _request(given: Settings, axes: list[Axis], config: Path | None) -> Request:
         if axis.name in (*SCHEMA["task"], *SCHEMA["margins"]):
             settings[axis.name] = axis.values[0]
     return make_request(settings, config, [axis.name for axis in axes])
-
-
-def _motors(request: Request, axes: list[Axis]) -> MotorTable | None:
-    """Return the table of motors if numbers of it are swept over."""
-    path = request.settings.get("motors")
-    swept = any(axis.of_motors for axis in axes)
-    return read_motors(path) if swept and path is not None else None
 
 
 def _task_at(request: Request, values: dict[str, float]) -> Task:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -67,21 +68,18 @@ def active_rows(problem: WalkProblem, multipliers: Array) -> tuple[ActiveRow, ..
     for constraint in problem.blocks:
         block = multipliers[problem.rows_of(constraint.name)].reshape(constraint.lower.shape)
         for instant, entry in np.argwhere(np.abs(block) > ACTIVE_MULTIPLIER):
-            found.append(
-                ActiveRow(
-                    constraint.name,
-                    int(entry),
-                    _instant(constraint, int(instant)),
-                    float(block[instant, entry]),
-                )
-            )
+            at, multiplier = _instant(constraint, int(instant)), float(block[instant, entry])
+            found.append(ActiveRow(constraint.name, int(entry), at, multiplier))
     return tuple(found)
 
 
 def placed(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
     """Return multipliers (m,) for a walk on another grid; rows it lacks are left out."""
     multipliers = np.zeros(problem.rows.lower.size)
-    rows = {f.name: (f, _rows_of(f)) for f in problem.blocks}
+    rows = {
+        block.name: (block, {_instant(block, row): row for row in range(len(block.lower))})
+        for block in problem.blocks
+    }
     for one in active:
         if one.constraint not in rows:
             continue
@@ -112,16 +110,10 @@ def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
 
 def exceeded(fine: WalkProblem, extremes: Iterable[Extreme]) -> tuple[ViolatedRow, ...]:
     """Return the extremes of a walk on the proof's grid at which rows exceed their limits."""
+    beyond = [(one, round(one.instant, DIGITS)) for one in extremes if one.margin < -REFINED]
     return tuple(
-        ViolatedRow(
-            one.constraint,
-            one.entry,
-            round(one.instant, DIGITS),
-            -one.margin,
-            _held(one, fine.edges),
-        )
-        for one in extremes
-        if one.margin < -REFINED
+        ViolatedRow(one.constraint, one.entry, at, -one.margin, _held(one, fine.edges))
+        for one, at in beyond
     )
 
 
@@ -156,20 +148,18 @@ def sharpened(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tupl
     is (m + n) g at their mean weighted by m and n: there the row will touch its limit, but for
     the square of the distance.
     """
-    known = tuple(active)
-    return tuple(_sharpened(peak, known) for peak in peaks)
-
-
-def _sharpened(peak: ViolatedRow, active: tuple[ActiveRow, ...]) -> ViolatedRow:
-    around = _around(peak, active)
-    if len(around) < 2 or peak.held != peak.instant:
-        return peak
-    (s, m), (t, n) = ((one.instant, one.multiplier) for one in around)
-    if not LEAST_SHARE < m / (m + n) < 1.0 - LEAST_SHARE:
-        return peak
-    here, aside = (m * s + n * t) / (m + n), BESIDE * (t - s)
-    beside = tuple(round(one, DIGITS) for one in (here - aside, here + aside) if s < one < t)
-    return replace(peak, held=round(here, DIGITS), beside=beside)
+    known, found = tuple(active), []
+    for peak in peaks:
+        around = _around(peak, known) if peak.held == peak.instant else []
+        if len(around) == 2:
+            (s, m), (t, n) = ((one.instant, one.multiplier) for one in around)
+            if LEAST_SHARE < m / (m + n) < 1.0 - LEAST_SHARE:
+                here, aside = (m * s + n * t) / (m + n), BESIDE * (t - s)
+                ends = (here - aside, here + aside)
+                beside = tuple(round(one, DIGITS) for one in ends if s < one < t)
+                peak = replace(peak, held=round(here, DIGITS), beside=beside)
+        found.append(peak)
+    return tuple(found)
 
 
 def _around(peak: ViolatedRow, active: Iterable[ActiveRow]) -> list[ActiveRow]:
@@ -183,14 +173,11 @@ def _around(peak: ViolatedRow, active: Iterable[ActiveRow]) -> list[ActiveRow]:
         if (one.constraint, one.entry) == (peak.constraint, peak.entry)
         and abs(one.instant - peak.instant) <= SAME_PEAK
     ]
-    before = max((one for one in near if one.instant < peak.instant), key=_when, default=None)
-    after = min((one for one in near if one.instant > peak.instant), key=_when, default=None)
+    when = attrgetter("instant")
+    before = max((one for one in near if one.instant < peak.instant), key=when, default=None)
+    after = min((one for one in near if one.instant > peak.instant), key=when, default=None)
     found = [one for one in (before, after) if one is not None and one.multiplier != 0.0]
     return found if len({one.multiplier > 0.0 for one in found}) < 2 else []
-
-
-def _when(one: ActiveRow) -> float:
-    return one.instant
 
 
 def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[ActiveRow, ...]:
@@ -223,7 +210,3 @@ def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[Ac
 
 def _instant(constraint: ConstraintBlock, row: int) -> float:
     return float(row) if constraint.times is None else round(float(constraint.times[row]), DIGITS)
-
-
-def _rows_of(constraint: ConstraintBlock) -> dict[float, int]:
-    return {_instant(constraint, row): row for row in range(constraint.lower.shape[0])}

@@ -84,26 +84,17 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     if gait.second is not None and again.second is not None:
         own = differences_of(gait.second, again.second, array_names())
         differences |= {f"second {name}": value for name, value in own.items()}
-    body = problem.robot.multibody
     if gait.multibody is not None:
-        differences |= robot_differences(gait.multibody, body)
+        differences |= robot_differences(gait.multibody, problem.robot.multibody)
     recorded = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
     facts = [] if gait.foot_contact == again.foot_contact else ["foot_contact"]
     if (gait.second is None) != (again.second is None):
         facts.append("second step")
     if again.second is not None and not _same(gait.fact("motion"), again.fact("motion")):
         facts.append("motion")
-    facts += facts_that_differ(gait, again, recorded)
-    if not gait.certified and certificate.certified:
-        facts.append("certificate")
+    facts += facts_that_differ(gait, again, recorded, certificate)
     if not _multipliers_hold(problem, gait, certificate):
         facts.append("multipliers")
-    for name, frame in (
-        ("stance_sole", problem.robot.stance_sole),
-        ("swing_sole_frame", problem.robot.swing_sole),
-    ):
-        if getattr(gait, name) != frame:
-            facts.append(name)
     brought = (*imposed(problem), *_changed_plugins(gait, problem))
     return Audit(differences, tuple(facts), certificate, gait.certified, brought)
 
@@ -113,11 +104,18 @@ def differences_of(stored: object, computed: object, names: Iterable[str]) -> di
     return {name: _difference(getattr(stored, name), getattr(computed, name)) for name in names}
 
 
-def facts_that_differ(stored: Recorded, computed: Recorded, names: Iterable[str]) -> list[str]:
-    """Return the keys of two records under which they do not say the same."""
+def facts_that_differ(
+    stored: Recorded, computed: Recorded, names: Iterable[str], certificate: Certificate
+) -> list[str]:
+    """Return keys of two records under which they do not say the same, and what else differs.
+
+    That is what old files leave out, the soles, and a certificate that the stored one denies.
+    """
     found = [name for name in names if not _same(stored.fact(name), computed.fact(name))]
-    same = stored.leg_joints == computed.leg_joints  # which old files leave out
-    return found if same else [*found, "leg_joints"]
+    other = ("leg_joints", "stance_sole", "swing_sole_frame")
+    found += [name for name in other if getattr(stored, name) != getattr(computed, name)]
+    denied = certificate.certified and not stored.certified
+    return [*found, "certificate"] if denied else found
 
 
 def robot_differences(stored: Multibody, computed: Multibody) -> dict[str, float]:

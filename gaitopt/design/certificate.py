@@ -453,7 +453,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         kkt=kkt_residual(problem, point, *multipliers),
         samples=fine.grid.count,
         cost=fine.cost.value(fine.whole(x)),
-        constraints=_worst_of_all(fine, x, extremes),
+        constraints=worst_between(fine, x, extremes),
         resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
         referee=_refereed(fine, x, steps),
         rear_foot_speed=float(np.min(rear_corners)),
@@ -475,29 +475,26 @@ def _refereed(fine: WalkProblem, x: Array, steps: tuple[Step, ...]) -> RefereeVe
     return both(found)
 
 
-def fine_grid(problem: WalkProblem) -> Grid:
-    """Return the proof's grid: Chebyshev points between the knots, whatever the task's samples."""
-    return proof_grid(problem.breaks)
-
-
 def on_fine_grid(problem: WalkProblem) -> WalkProblem:
-    """Return the walk on the proof's grid, the same whatever grid it was optimised on."""
-    return problem.with_grid(fine_grid(problem))
+    """Return the walk on the proof's grid, Chebyshev points between its knots."""
+    return problem.with_grid(proof_grid(problem.breaks))
 
 
-def worst_between(fine: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
+def worst_between(
+    fine: WalkProblem, x: Array, extremes: tuple[Extreme, ...] | None = None
+) -> tuple[WorstRow, ...]:
     """Return the worst row of every constraint at x (P,) over the whole step, worst first.
+
+    Args:
+        fine: the walk on the proof's grid.
+        x: parameters, shape (P,).
+        extremes: of all rows at x, if they are at hand; computed again here.
 
     Raises:
         EvaluationError: the walk is not defined at x.
     """
-    return _worst_of_all(fine, x, located(fine, x, everywhere=True))
-
-
-def _worst_of_all(
-    fine: WalkProblem, x: Array, extremes: tuple[Extreme, ...]
-) -> tuple[WorstRow, ...]:
-    """The located extremes over the step, computed again there; the rows of other constraints."""
+    if extremes is None:
+        extremes = located(fine, x, everywhere=True)
     worst = _worst_extremes(fine, extremes)
     instants = np.unique([one.instant for one in worst.values()])
     at = fine.with_grid(Grid(instants, np.ones(instants.size), instants.size))
@@ -537,16 +534,11 @@ def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
     """Return the worst row at x (P,) of every constraint with limits, the worst of all first."""
     values = problem.values(x).rows
+    margins = np.minimum(values - problem.rows.lower, problem.rows.upper - values)
     limited = [f for f in problem.blocks if np.isfinite([f.lower, f.upper]).any()]
-    rows = [_worst_of(problem, constraint.name, values, x) for constraint in limited]
-    return tuple(sorted(rows, key=lambda row: row.margin))
-
-
-def _worst_of(problem: WalkProblem, name: str, values: Array, x: Array) -> WorstRow:
-    rows = problem.rows_of(name)
-    value, lower, upper = values[rows], problem.rows.lower[rows], problem.rows.upper[rows]
-    index = int(np.argmin(np.minimum(value - lower, upper - value)))
-    return _row(problem, rows.start + index, values, x)
+    rows = [problem.rows_of(block.name) for block in limited]
+    worst = [_row(problem, own.start + int(np.argmin(margins[own])), values, x) for own in rows]
+    return tuple(sorted(worst, key=lambda row: row.margin))
 
 
 def _row(problem: WalkProblem, index: int, values: Array, x: Array) -> WorstRow:

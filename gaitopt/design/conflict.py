@@ -176,16 +176,8 @@ def conflicts(problem: WalkProblem, relaxed: LeastRelaxation) -> tuple[Conflict,
         row = rows[i].start + int(np.argmax(np.abs(relaxed.multipliers[rows[i]])))
         unit = matter[i] * float(constraint.scale[problem.address(row).entry])
         amount = float(relaxed.amounts[i]) * unit if gives[i] else 0.0
-        found.append(
-            Conflict(
-                constraint.name,
-                constraint.words,
-                amount,
-                constraint.unit,
-                problem.describe(row),
-                float(share[i]),
-            )
-        )
+        what, where = (constraint.name, constraint.words), problem.describe(row)
+        found.append(Conflict(*what, amount, constraint.unit, where, float(share[i])))
     return tuple(found)
 
 

@@ -656,7 +656,8 @@ def diagnose(
         if relaxed is not None and relaxed.amount <= FEASIBLE:
             least = solve_unless_stopped(SECOND_START_SOLVER, problem, Start(relaxed.x), stop)
     if least is not None and least.violation <= FEASIBLE:
-        return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
+        seconds = time.process_time() - started
+        return Diagnosis((), least.violation, None, (), (), (), least.x, seconds)
     impossible = tuple(sentence for _, sentence in contradictions(problem))
     conflict = () if relaxed is None else conflicts(problem, relaxed)
     suggestions, vain = find_suggestions(problem, relaxed, search)
@@ -668,7 +669,7 @@ def diagnose(
         suggestions=suggestions,
         tried=vain,
         gait=None,
-        seconds=_since(started),
+        seconds=time.process_time() - started,
     )
 
 
@@ -679,7 +680,3 @@ def _worst(problem: WalkProblem, x: Array, ranked: list[str]) -> WorstRow:
     return min(
         equal, key=lambda r: ranked.index(r.constraint) if r.constraint in ranked else len(ranked)
     )
-
-
-def _since(started: float) -> float:
-    return time.process_time() - started

@@ -32,13 +32,9 @@ def small_matrices() -> Iterator[None]:
     megabyte to the system after every evaluation spends a quarter of the time on page faults; on
     glibc it is told to keep what it has, for the rest of the process.
     """
-    from threadpoolctl import threadpool_limits
-
-    _keep_memory()
     before = os.environ.get(_THREADS)
-    os.environ[_THREADS] = "1"
     try:
-        with threadpool_limits(limits=1, user_api="blas"):
+        with tune_process():
             yield
     finally:
         if before is None:
@@ -47,21 +43,17 @@ def small_matrices() -> Iterator[None]:
             os.environ[_THREADS] = before
 
 
-def tune_process() -> None:
-    """Do what `small_matrices` does for the rest of the process."""
+def tune_process() -> Any:
+    """Do what `small_matrices` does for the rest of the process; return what ends one thread."""
     from threadpoolctl import threadpool_limits
 
-    _keep_memory()
-    os.environ[_THREADS] = "1"
-    threadpool_limits(limits=1, user_api="blas")
-
-
-def _keep_memory() -> None:
     if sys.platform.startswith("linux"):
         mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
         if mallopt is not None:
             mallopt(_TRIM_THRESHOLD, _KEPT)
             mallopt(_MMAP_THRESHOLD, _KEPT)
+    os.environ[_THREADS] = "1"
+    return threadpool_limits(limits=1, user_api="blas")
 
 
 def worker_context() -> Any:
@@ -106,18 +98,11 @@ def serve_parent() -> None:
 
     A worker that waits for work would not notice: it holds an end of the pipe itself.
     """
-    leave_ctrl_c()
-    for name in ("SIGTERM", "SIGHUP"):  # sent to all processes of a service or a terminal
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # sent to all processes of a terminal or service
         if hasattr(signal, name):
-            with suppress(ValueError):
+            with suppress(ValueError):  # not the main thread, which would not get it either
                 signal.signal(getattr(signal, name), signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def leave_ctrl_c() -> None:
-    """Do not take Ctrl-C, which a terminal sends to all processes of a command."""
-    with suppress(ValueError):  # not the main thread: then it would not get the signal either
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def kill(pool: ProcessPoolExecutor) -> None:

@@ -320,7 +320,9 @@ def sensitivities(
 
     found = [told("speed", TASK, "m/s", _STEPS["speed"], by_speed)] if by_speed else []
     found += [told(*one) for one in _of_task(at)]
-    found += [told(*one) for one in _of_motors(at)]
+    for motor, gear_rate in at.gear_rates.items():
+        name = f"gear ratio of '{motor.joints}'"
+        found.append(told(name, GEAR, "of itself", _RATIO_STEP, gear_rate))
     for change in robot_changes(at):
         found.append(told(change.name, change.kind, change.unit, change.step, at.per_unit(change)))
     for price in shadow_prices(problem, x, multipliers):
@@ -349,11 +351,6 @@ def _of_task(at: Envelope) -> Iterator[tuple[str, str, str, float, float]]:
         yield "slope", TASK, "rad", _STEPS["slope"], at.task_rate("slope")
 
 
-def _of_motors(at: Envelope) -> Iterator[tuple[str, str, str, float, float]]:
-    for motor, rate in at.gear_rates.items():
-        yield f"gear ratio of '{motor.joints}'", GEAR, "of itself", _RATIO_STEP, rate
-
-
 def robot_changes(at: Envelope) -> Iterator[RobotChange]:
     """Yield the changes of a walk's robot of which the derivative is known."""
     robot, turning = at.problem.robot, at.problem.model.turns_foot
@@ -363,12 +360,6 @@ def robot_changes(at: Envelope) -> Iterator[RobotChange]:
         capsules = change.kind == LENGTH and (change.joints.any() or not change.sole.any())
         if not (at.gaps_press and capsules) and not (turning and change.sole[:2].any()):
             yield change
-
-
-def _turns(problem: WalkProblem) -> bool:
-    """Whether the stance foot turns about an edge of its sole in some phase."""
-    sole = problem.robot.sole
-    return any(phase.contact.hinge(sole) is not None for phase in problem.schedule.phases)
 
 
 def untold(at: Envelope) -> Iterator[str]:

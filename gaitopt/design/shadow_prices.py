@@ -16,7 +16,12 @@ import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import ACTIVE_MULTIPLIER
-from gaitopt.design.relaxation import LimitAdjustment, limit_adjustments, step_width_adjustment
+from gaitopt.design.relaxation import (
+    Adjustment,
+    LimitAdjustment,
+    limit_adjustments,
+    step_width_adjustment,
+)
 from gaitopt.gait.constraint import ConstraintBlock
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import Step
@@ -80,33 +85,20 @@ def shadow_prices(
 def _of_settings(
     problem: WalkProblem, whole: Step | Steps, multipliers: Array, bound_multipliers: Array
 ) -> Iterator[ShadowPrice]:
-    pressed = pressed_rows(problem, multipliers)
+    pressed, unit = pressed_rows(problem, multipliers), problem.task.cost_unit
+
+    def price(one: Adjustment, per_unit: float, effect: float) -> ShadowPrice:
+        facts = one.name, one.words, one.before, one.unit
+        return ShadowPrice(SETTING, *facts, per_unit, effect, unit)
+
     for setting in limit_adjustments(problem, alone=True):
         rate = _rate(problem, whole, pressed, setting) / problem.cost_scale
         if rate != 0.0:
-            yield ShadowPrice(
-                SETTING,
-                setting.name,
-                setting.words,
-                setting.before,
-                setting.unit,
-                rate / setting.step,
-                rate,
-                problem.task.cost_unit,
-            )
+            yield price(setting, rate / setting.step, rate)
     width = step_width_adjustment(problem)
     if width is not None and abs(bound_multipliers[width.index]) > ACTIVE_MULTIPLIER:
         rate = -abs(float(bound_multipliers[width.index])) / problem.cost_scale
-        yield ShadowPrice(
-            SETTING,
-            width.name,
-            width.words,
-            width.before,
-            width.unit,
-            rate,
-            rate * width.step,
-            problem.task.cost_unit,
-        )
+        yield price(width, rate, rate * width.step)
 
 
 def kinks(problem: WalkProblem, x: Array, multipliers: Array) -> Iterator[str]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -30,12 +31,16 @@ from gaitopt.model.legs.overrides import without_armature
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Status, Stop, never
 
-AIMS = ("mass", "loss")
+_ORDER = {
+    "mass": attrgetter("drive.motor.mass", "loss"), "loss": attrgetter("loss", "drive.motor.mass"),
+}  # fmt: skip
+AIMS = tuple(_ORDER)
 RESERVE = 1.1
 """Of torque, heat and voltage, over what the gaits ask: gaits that are designed again ask else."""
 _SCANNED = 400  # ratios between the least and the largest, evenly in their logarithm
 _FREE = (1.0, 200.0)  # where the catalogue names no ratios
 _ROUNDS = 4  # of sizing and designing again
+_SAME = 0.02  # relative, of two ratios of a gear
 
 
 @dataclass(frozen=True)
@@ -157,13 +162,8 @@ def chosen(
         ]
         if not options:
             raise InputError(_nothing(of, catalogue, reserve))
-        found.append(min(options, key=lambda one: _worth(one, aim)))
+        found.append(min(options, key=_ORDER[aim]))
     return tuple(found)
-
-
-def _worth(choice: Choice, aim: str) -> tuple[float, float]:
-    mass = choice.drive.motor.mass
-    return (mass, choice.loss) if aim == "mass" else (choice.loss, mass)
 
 
 def _rigid(gait: Gait) -> list[MotorLoop]:
@@ -272,14 +272,11 @@ def size(
         }
         used = served(again, choices)
         following = chosen(again, catalogue, aim, reserve)
-        same = all(_alike(a.drive, b.drive) for a, b in zip(choices, following, strict=True))
+        pairs = [(a.drive, b.drive) for a, b in zip(choices, following, strict=True)]
+        same = all(a.motor == b.motor and abs(np.log(a.ratio / b.ratio)) < _SAME for a, b in pairs)
         if same or rounds == _ROUNDS:
             return Sizing(used, again, rounds, same)
         choices = following
-
-
-def _alike(a: Drive, b: Drive) -> bool:
-    return a.motor == b.motor and abs(np.log(a.ratio / b.ratio)) < 0.02
 
 
 def served(gaits: Mapping[str, Gait], choices: Sequence[Choice]) -> tuple[Choice, ...]:
@@ -301,7 +298,10 @@ def designed_with(
         StoppedError: `stop` said so.
     """
     task = task_from_record(gait.fact("task"))
-    robot = _with_rotors(robot_of(gait), table)
+    robot = robot_of(gait)
+    limits = (*without_armature(robot.choices.limits), *table.rotors())
+    choices = robot.choices.over(limits=limits)
+    robot = Robot.from_urdf(robot.urdf, choices=choices).as_before(robot.findings)
     try:
         found = many_starts(
             robot, with_motors(task, table), options, count=2, start=gait.parameters, stop=stop
@@ -315,12 +315,6 @@ def designed_with(
     if found.solution.status is Status.INTERRUPTED:
         raise StoppedError(found.solution)
     return found.gait
-
-
-def _with_rotors(robot: Robot, table: MotorTable) -> Robot:
-    limits = (*without_armature(robot.choices.limits), *table.rotors())
-    choices = robot.choices.over(limits=limits)
-    return Robot.from_urdf(robot.urdf, choices=choices).as_before(robot.findings)
 
 
 def with_motors(task: Task, table: MotorTable) -> Task:

@@ -190,8 +190,9 @@ def many_starts(
         found = _completed(problem, best.solution, search)
         for make in (job.from_faster, job.run) if len(outcomes) == count > 1 else ():
             if not (found.certificate.optimal or stop()):
-                for one in another(make):
-                    found = _better(found, problem, one, search)
+                for one in filter(lambda one: one.walks, another(make)):
+                    other = _completed(problem, one.solution, search)
+                    found = other if other.certificate.optimal else found
     else:
         tried = [outcome.solution for outcome in outcomes]
         solution = walk_after_diagnosis(problem, tried, search.quiet)
@@ -325,14 +326,6 @@ def _completed(problem: WalkProblem, solution: Solution, search: Search) -> Desi
     )  # fmt: skip
 
 
-def _better(found: Design, problem: WalkProblem, another: Outcome, search: Search) -> Design:
-    """Return the design of one more start if it is optimal, where the one found is not."""
-    if not another.walks:
-        return found
-    other = _completed(problem, another.solution, search)
-    return other if other.certificate.optimal else found
-
-
 def _without_impact(problem: WalkProblem, solution: Solution, search: Search) -> Design:
     """Return a walk that lands at zero speed: from one that all but does, or from its own starts.
 
@@ -427,7 +420,10 @@ class StartJob:
             if known is not None:
                 return self._from(known, number, search)
         problem = WalkProblem(self.robot, self.task)
-        start = self.x if number == 0 else self._perturbed(problem, number)
+        start = self.x
+        if number > 0:
+            state = np.random.SeedSequence([self.seed, number]).generate_state(1)
+            start = perturbed(problem, self.x, self.sigma, int(state[0]))
         return Outcome(number, attempt(problem, search, start))
 
     def from_faster(self, number: int, search: Search) -> Outcome | None:
@@ -445,10 +441,6 @@ class StartJob:
         same = not self.task.ground.easier() and known.multipliers.size == problem.rows.lower.size
         found = attempt(problem, near, known.x, known.multipliers if same else None)
         return Outcome(number, with_work(found, known))
-
-    def _perturbed(self, problem: WalkProblem, number: int) -> Array:
-        state = np.random.SeedSequence([self.seed, number]).generate_state(1)
-        return perturbed(problem, self.x, self.sigma, int(state[0]))
 
     def _at_share(self, share: float, search: Search) -> Solution | None:
         """Return a walk at a share of the speed, about the best one there, or None."""

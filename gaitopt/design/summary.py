@@ -157,15 +157,11 @@ def energies_per_step(gait: Gait) -> dict[str, float | None]:
     all braking power, None where the gait has no motors or a joint has none.
     """
     each = [_energies(one) for one in gait.steps]
-    return {
-        name: None if any(one[name] is None for one in each) else _mean(one[name] for one in each)
-        for name in each[0]
-    }
-
-
-def _mean(values: Iterable[float | None]) -> float:
-    known = [value for value in values if value is not None]
-    return sum(known) / len(known)
+    found: dict[str, float | None] = {}
+    for name in each[0]:
+        known = [value for one in each if (value := one[name]) is not None]
+        found[name] = sum(known) / len(known) if len(known) == len(each) else None
+    return found
 
 
 def _energies(gait: Gait) -> dict[str, float | None]:

@@ -208,23 +208,13 @@ def audit_transition(transition: Transition, known: Iterable[Extension] = ()) ->
     for words, stored, computed in pairs:
         own = differences_of(stored, computed, array_names())
         differences |= {f"{words} {name}": value for name, value in own.items()}
-    robot = problem.robot
-    body = transition.steps[0].multibody
+    body, names = transition.steps[0].multibody, (*ROBOT_FACTS, "choices", *_OWN_FACTS)
     if body is not None:
-        differences |= robot_differences(body, robot.multibody)
-    facts = facts_that_differ(transition, again, (*ROBOT_FACTS, "choices", *_OWN_FACTS))
+        differences |= robot_differences(body, problem.robot.multibody)
+    facts = facts_that_differ(transition, again, names, certificate)
     if (transition.shift is None) != (again.shift is None):
         facts.append("shift")
     claimed = transition.certified
-    if not claimed and certificate.certified:
-        facts.append("certificate")
-    facts += [
-        name
-        for name, frame in (
-            ("stance_sole", robot.stance_sole), ("swing_sole_frame", robot.swing_sole),
-        )
-        if getattr(transition, name) != frame
-    ]  # fmt: skip
     return Audit(differences, tuple(facts), certificate, claimed, imposed(problem))
 
 

@@ -23,7 +23,7 @@ from gaitopt.gait.spline import bernstein
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.motions.motion import SCALAR_FIRST, Motion, motion
-from gaitopt.motions.stride import export_step
+from gaitopt.motions.stride import export_step, with_points
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.library import Library, open_library
@@ -35,7 +35,6 @@ _WRENCH = tuple(f"{part}_{axis}" for part in ("force", "moment") for axis in _AX
 _DEGREE = 7  # of Bezier curves: that of published gait libraries
 _AT_ONCE = 1000  # rows of a table that are written at once
 _FITTED = 101  # instants of a step to which a Bezier curve is fitted
-_BASE = 6  # columns of its track
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class MotionFormat:
         name: for people.
         suffix: of its files.
         rate: samples a second unless asked otherwise [Hz].
-        joints: order of joints unless asked otherwise, one of `orders.ORDERS`.
+        joints: order of joints unless asked otherwise, one of `ORDERS`.
         content: returns that of a file.
         sampled: whether it has samples; otherwise rate and strides mean nothing.
     """
@@ -164,11 +163,6 @@ def table_columns(motion: Motion) -> dict[str, Array]:
         for part, column in zip(_WRENCH, motion.foot_wrench[:, foot].T, strict=True):
             columns[f"{name} {part} [{'N' if part.startswith('force') else 'N.m'}]"] = column
     return columns
-
-
-def g1_columns(motion: Motion) -> Array:
-    """Return base position, its quaternion x y z w, and joint angles, shape (T, 7 + n)."""
-    return motion.samples.configuration
 
 
 def motion_record(motion: Motion) -> dict[str, object]:
@@ -323,7 +317,8 @@ def _table(motion: Motion) -> bytes:
 
 
 def _g1(motion: Motion) -> bytes:
-    return _table_text([], g1_columns(motion), 9)
+    """Return base position, its quaternion x y z w, and joint angles, shape (T, 7 + n)."""
+    return _table_text([], motion.samples.configuration, 9)
 
 
 def _json(motion: Motion) -> bytes:
@@ -351,20 +346,10 @@ def _yaml(motion: Motion) -> bytes:
     for key, value in bezier_record(motion).items():
         if isinstance(value, dict):
             lines.append(f"{key}:")
-            lines += [f"  {name}: {_flow(one)}" for name, one in value.items()]
+            lines += [f"  {name}: {json.dumps(one)}" for name, one in value.items()]
         else:
-            lines.append(f"{key}: {_flow(value)}")
-    return ("\n".join(lines) + "\n").encode()
-
-
-def _flow(value: object) -> str:
-    """Return a value in one line; readers of YAML 1.1 take 1e-05 for a text, so give it a point."""
-    if isinstance(value, list):
-        return f"[{', '.join(map(_flow, value))}]"
-    if isinstance(value, float):
-        text = repr(value)
-        return text.replace("e", ".0e") if "e" in text and "." not in text else text
-    return json.dumps(value)
+            lines.append(f"{key}: {json.dumps(value)}")
+    return with_points("\n".join(lines) + "\n").encode()
 
 
 FORMATS: dict[str, MotionFormat] = {
@@ -404,7 +389,7 @@ def export(
         path: file; without a format its suffix chooses the form: .csv, .json, .yaml or .yml with
             the samples of the gait file.
         both_legs: whether those are of a whole stride, not of one step; only without a format.
-        format: name of a form of motions, a key of `formats.FORMATS`.
+        format: name of a form of motions, a key of `FORMATS`.
         rate: samples a second [Hz]; by default that of the format.
         strides: number of strides of two steps, 1 by default; halves are steps.
         joints: order of the joints: "gait", "mujoco", "isaac", "g1", "mjcf", or names; by default

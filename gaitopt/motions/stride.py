@@ -122,8 +122,15 @@ def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
 
 def json_text(gait: Gait, samples: Mapping[str, Array]) -> str:
     """Return the `stride_record` of a gait as JSON, which is YAML too."""
-    text = json.dumps(stride_record(gait, samples), indent=1, ensure_ascii=False) + "\n"
-    return _TEXT_OR_EXPONENT.sub(_with_point, text)
+    text = json.dumps(stride_record(gait, samples), indent=1, ensure_ascii=False)
+    return with_points(f"{text}\n")
+
+
+def with_points(text: str) -> str:
+    """Return JSON with 1.0e-05 for 1e-05: readers of YAML 1.1 take the latter for a text."""
+    return _TEXT_OR_EXPONENT.sub(
+        lambda one: f"{one['digits']}.0{one['power']}" if one["digits"] else one[0], text
+    )
 
 
 def stride_record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
@@ -179,11 +186,6 @@ def export_step(gait: Gait, path: str | Path, *, both_legs: bool = False) -> Pat
             f"cannot export to '{path}': the suffix must be one of {', '.join(WRITERS)}"
         )
     return write_atomically(path, writer(gait, stride_samples(gait, both_legs)).encode("utf-8"))
-
-
-def _with_point(token: re.Match[str]) -> str:
-    """Write 1e-05 as 1.0e-05: readers of YAML 1.1 take the first for a text."""
-    return f"{token['digits']}.0{token['power']}" if token["digits"] else token[0]
 
 
 def _standing(gait: Gait, samples: Mapping[str, Array]) -> list[str]:

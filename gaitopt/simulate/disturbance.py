@@ -133,7 +133,7 @@ def disturbed_start(
     start = trajectory.at(0.0)
     q, v = start.configuration[0], start.velocity[0]
     data = mujoco.MjData(robot.model)
-    data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
+    robot.place(data, q, v)
     data.qpos[robot.qpos] += rng.normal(0.0, error.angle, len(robot.qpos))
     data.qvel[robot.dof] += rng.normal(0.0, error.rate, len(robot.dof))
     robot.follow(data.qpos, data.qvel)
@@ -145,9 +145,8 @@ def stand(robot: SimulatedRobot, data: mujoco.MjData, foot: int, place: pin.SE3)
     """Move the base so that a sole is at a place, at rest; joints and their rates stay."""
     model, site = robot.model, robot.site[foot]
     mujoco.mj_kinematics(model, data)
-    sole = pin.SE3(data.site_xmat[site].reshape(3, 3).copy(), data.site_xpos[site].copy())
     base = pin.SE3(data.xmat[robot.base].reshape(3, 3).copy(), data.xpos[robot.base].copy())
-    x = pin.SE3ToXYZQUAT(place * sole.inverse() * base)
+    x = pin.SE3ToXYZQUAT(place * robot.sole(data, foot).inverse() * base)
     data.qpos[:3], data.qpos[3], data.qpos[4:7] = x[:3], x[6], x[3:6]
     mujoco.mj_fwdPosition(model, data)
     J = np.zeros((6, model.nv))

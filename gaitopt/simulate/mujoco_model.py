@@ -83,6 +83,19 @@ class SimulatedRobot:
         """Addresses in `qvel` of all joints, in the order of `body.driven`, shape (n + t,)."""
         return np.concatenate([self.dof, self.tied[1]])
 
+    def place(self, data: mujoco.MjData, configuration: Array, velocity: Array) -> None:
+        """Put data into the state of a configuration and a velocity of `Multibody.model`."""
+        data.qpos[:] = self.position(configuration)
+        data.qvel[:] = self.velocity(configuration, velocity)
+
+    def sole(self, data: mujoco.MjData, foot: int) -> pin.SE3:
+        """Return where a sole frame is in the world."""
+        return pin.SE3(self.sole_axes(data, foot).copy(), data.site_xpos[self.site[foot]].copy())
+
+    def sole_axes(self, data: mujoco.MjData, foot: int) -> Array:
+        """Return the axes of a sole frame in the world, columns (3, 3)."""
+        return np.asarray(data.site_xmat[self.site[foot]].reshape(3, 3))
+
     def free(self, qpos: Array) -> Array:
         """Return velocities `qvel` per velocity of base and motors, shape (nv, 6 + n)."""
         return self._free_at(qpos) if self.body.bends else self._constant_free

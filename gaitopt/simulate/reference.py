@@ -93,7 +93,8 @@ def both_feet(trajectory: Trajectory) -> float:
     return 0.0 if last.front is None else last.duration
 
 
-_BANDWIDTH = 20.0  # w of `JointPD` [rad/s]
+BANDWIDTH = 20.0
+"""w of scaled joint feedback, Kp = w² D and Kd = 2 w D [rad/s]."""
 
 
 class JointPD:
@@ -112,7 +113,7 @@ class JointPD:
         data.qpos[:] = robot.position(trajectory.at(0.0).configuration[0])
         mujoco.mj_forward(robot.model, data)
         inertia = np.diag(robot.mass_matrix(data))[robot.dof]
-        self._stiffness, self._damping = _BANDWIDTH**2 * inertia, 2.0 * _BANDWIDTH * inertia
+        self._stiffness, self._damping = BANDWIDTH**2 * inertia, 2.0 * BANDWIDTH * inertia
 
     def touch_down(self, foot: int, time: float) -> None:
         """Begin the next step at a time [s]."""
@@ -285,7 +286,7 @@ def _target(
 ) -> Target:
     """Return the tasks of a motion of `Multibody.model` and the ground's force in the world."""
     model = robot.model
-    data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
+    robot.place(data, q, v)
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
     qacc = robot.acceleration(q, v, a)
@@ -297,7 +298,7 @@ def _target(
         dq=data.qvel[robot.dof],
         ddq=qacc[robot.dof],
         sole=data.site_xpos[swinging] - data.site_xpos[standing],
-        sole_rotation=data.site_xmat[swinging].reshape(3, 3).copy(),
+        sole_rotation=robot.sole_axes(data, 1 - foot).copy(),
         sole_twist=J @ data.qvel,
         sole_acceleration=J @ qacc + drift,
         trunk_rotation=trunk,

@@ -93,14 +93,15 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
     torque, wrench = np.empty((instants, len(robot.dof))), np.empty((instants, 6))
     for row in range(instants):
         q, v = samples.configuration[row], samples.velocity[row]
-        data.qpos[:] = robot.position(q)
-        data.qvel[:] = robot.velocity(q, v)
+        robot.place(data, q, v)
         data.qacc[:] = robot.acceleration(q, v, samples.acceleration[row])
         mujoco.mj_inverse(robot.model, data)
         foot = int(samples.standing[row])
         J, needed = sole_jacobian(robot, data, foot), data.qfrc_inverse
         if samples.contact[row, 1 - foot]:  # how both share the load is the gait's choice
-            needed = needed - _pushed(robot, data, 1 - foot, samples.wrench[row, 1 - foot])
+            R, own = robot.sole_axes(data, 1 - foot), samples.wrench[row, 1 - foot]
+            pushed = np.concatenate([R @ own[:3], R @ own[3:]])
+            needed = needed - sole_jacobian(robot, data, 1 - foot).T @ pushed
         ground = np.linalg.solve(J[:, :6].T, needed[:6])
         torque[row] = (needed - J.T @ ground) @ robot.free(data.qpos)[:, 6:]
         wrench[row] = _in_sole(robot, data, foot, ground)
@@ -149,7 +150,7 @@ def engine_impact(
     J, flat = sole_jacobian(robot, data, foot), np.eye(6)
     if gait.lands_on_line:
         twist = gait.landing_hinge
-        R = data.site_xmat[robot.site[foot]].reshape(3, 3)
+        R = robot.sole_axes(data, foot)
         across = np.linalg.qr(twist[:, None], mode="complete")[0][:, 1:]
         J = across.T @ np.concatenate([R.T @ J[:3], R.T @ J[3:]])
         landed = gait.steps[foot % len(gait.steps)]  # the step that stands on that foot
@@ -173,7 +174,7 @@ def _impact_inside(
     """
     before = trajectory.at([time], before=True)
     q, v = before.configuration[0], before.velocity[0]
-    data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
+    robot.place(data, q, v)
     mujoco.mj_forward(robot.model, data)
     standing = int(before.standing[0])
     feet = (1 - standing, standing) if front else (standing,)
@@ -196,15 +197,8 @@ def _stopped(robot: SimulatedRobot, data: mujoco.MjData, J: Array) -> tuple[Arra
     return (before + by_impulse @ impulse)[6:], impulse
 
 
-def _pushed(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:
-    """Return the generalised force of a wrench on a foot, given in its sole frame."""
-    R = data.site_xmat[robot.site[foot]].reshape(3, 3)
-    in_world = np.concatenate([R @ wrench[:3], R @ wrench[3:]])
-    return np.asarray(sole_jacobian(robot, data, foot).T @ in_world)
-
-
 def _in_sole(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:
-    R = data.site_xmat[robot.site[foot]].reshape(3, 3)
+    R = robot.sole_axes(data, foot)
     return np.concatenate([R.T @ wrench[:3], R.T @ wrench[3:]])
 
 

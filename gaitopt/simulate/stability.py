@@ -29,13 +29,11 @@ from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.simulate.disturbance import stand
 from gaitopt.simulate.mujoco_model import simulated_robot
-from gaitopt.simulate.reference import sole_motion
+from gaitopt.simulate.reference import BANDWIDTH, sole_motion
 from gaitopt.simulate.second_engine import engine_impact
 
 INTERVALS = 100
 """Of a step, in each of which the linear system is constant."""
-BANDWIDTH = 20.0
-"""Of scaled joint feedback, Kp = w² D and Kd = 2 w D [rad/s]."""
 _DIFFERENCE = 1e-5  # rad and rad/s, of central differences
 _RATE_SCALE = 5.0  # 1/s: 1 rad counts as much as 5 rad/s in the size of a disturbance
 _ANGLE, _RATE, _EFFORT = 0.05, 0.5, 0.1  # rad, rad/s, share of the torque: equal costs of the LQR
@@ -220,9 +218,8 @@ class _Walk:
         """Return the height of a point of the landing sole, in its frame, over the ground [m]."""
         robot, data = self.robot, self.data
         self._stand(q, 0.0)
-        site = robot.site[1]
-        up = data.site_xmat[site].reshape(3, 3)[2]
-        return float(data.site_xpos[site][2] + up @ point) - self._rise
+        up = robot.sole_axes(data, 1)[2]
+        return float(data.site_xpos[robot.site[1]][2] + up @ point) - self._rise
 
     def landing_row(self, point: Array) -> Array:
         """Return s (2 n,): landing time dt = s'x if that point of the sole decides [s/rad]."""

@@ -276,7 +276,7 @@ class _Run:
         if disturbance.start is None:
             start = trajectory.at(0.0)
             q, v = start.configuration[0], start.velocity[0]
-            self._data.qpos[:], self._data.qvel[:] = robot.position(q), robot.velocity(q, v)
+            robot.place(self._data, q, v)
         else:
             self._data.qpos[:], self._data.qvel[:] = disturbed_start(
                 robot, trajectory, disturbance.start, self._rng
@@ -295,7 +295,7 @@ class _Run:
         begun, duration = clock.perf_counter(), self._trajectory.step_duration
         foot, time, effort = 0, 0.0, 0.0
         landed = -both_feet(self._trajectory)
-        places = [self._place(0)]
+        places = [robot.sole(data, 0)]
         times: list[float] = []
         efforts: list[float] = []
         frames: list[Array] = []
@@ -327,7 +327,7 @@ class _Run:
                 if forces[1 - foot] > _TOUCH_DOWN * robot.weight:
                     foot, landed = 1 - foot, time
                     self._controller.touch_down(foot, time)
-                    places.append(self._place(foot))
+                    places.append(robot.sole(data, foot))
                     times.append(since)
                     efforts.append(effort)
                     effort = 0.0
@@ -369,7 +369,8 @@ class _Run:
         off -= off[0]
         duration = self._trajectory.step_duration
         length = designed_speed(self._gait) * duration
-        missed = [_heading(designed.actInv(place)) for designed, place in pairs]
+        apart = (designed.actInv(place).rotation for designed, place in pairs)
+        missed = [math.atan2(R[1, 0], R[0, 0]) for R in apart]
         turns = self._gait.turn_rate * duration + np.diff(np.unwrap(missed))
         ways = [way_of(self._gait, step)[0] for step in range(1, len(places))]
         lengths = length + np.array(
@@ -411,10 +412,6 @@ class _Run:
             arm = pelvis(self._robot, self._data) - self._data.xipos[self._robot.base]
             applied[:3], applied[3:] = force, np.cross(arm, force)
 
-    def _place(self, foot: int) -> pin.SE3:
-        data, site = self._data, self._robot.site[foot]
-        return pin.SE3(data.site_xmat[site].reshape(3, 3).copy(), data.site_xpos[site].copy())
-
     def _forces(self) -> tuple[float, float]:
         """Return the normal forces of the ground on both soles [N]."""
         data, total, one = self._data, [0.0, 0.0], np.zeros(6)
@@ -432,11 +429,6 @@ class _Run:
             return Ending.FELL
         up = data.xmat[base].reshape(3, 3)[2] @ self._robot.body.heading[:, 2]
         return Ending.TIPPED if up < _TILTED else None
-
-
-def _heading(place: pin.SE3) -> float:
-    """Return the angle of a place about the vertical [rad]."""
-    return math.atan2(place.rotation[1, 0], place.rotation[0, 0])
 
 
 def _ratio(a: float, b: float) -> float:

@@ -227,7 +227,7 @@ class WholeBodyController:
 
     def _angle(self, turn: Turn) -> float:
         """Return the angle of the standing foot about a line of it [rad]."""
-        R = self._data.site_xmat[self._robot.site[self._foot]].reshape(3, 3)
+        R = self._robot.sole_axes(self._data, self._foot)
         return float(turn.axis[1] * np.arctan2(-R[2, 0], R[2, 2]))
 
     def _rolling(self, turn: Turn) -> float:
@@ -246,7 +246,7 @@ class WholeBodyController:
         twist, turned = J @ data.qvel, np.zeros(6)
         n = robot.drift(data.qpos, data.qvel)
         if turn is not None:
-            R = data.site_xmat[robot.site[self._foot]].reshape(3, 3)
+            R = robot.sole_axes(data, self._foot)
             axis, arm = R @ turn.axis, -R @ turn.point
             along = np.concatenate([np.cross(axis, arm), axis])
             rate = self._turn_rate = float(axis @ twist[3:])
@@ -369,7 +369,7 @@ class WholeBodyController:
         place[:2] += faded * self._left
         rate[:2] += faded_rate * self._left
         push = push + faded_push * self._left
-        turn = _rotation_to(target.sole_rotation, data.site_xmat[swinging].reshape(3, 3))
+        turn = _rotation_to(target.sole_rotation, robot.sole_axes(data, 1 - self._foot))
         kp, kd = _SWING
         error = np.concatenate([place - data.site_xpos[swinging], turn])
         wanted = target.sole_acceleration + kp * error + kd * (rate - twist)
@@ -414,7 +414,7 @@ class WholeBodyController:
 
         The axes are those of the sole turned upright.
         """
-        R = self._data.site_xmat[self._robot.site[foot]].reshape(3, 3)
+        R = self._robot.sole_axes(self._data, foot)
         length = np.hypot(R[0, 0], R[1, 0])
         c, s = R[0, 0] / length, R[1, 0] / length
         turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])

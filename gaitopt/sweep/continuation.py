@@ -238,18 +238,6 @@ def solve_between_samples(
     return found
 
 
-def with_all_work(way: Sequence[FeasibleWalk]) -> FeasibleWalk:
-    """Return the last of walks, at least one, each from the one before; all the work counts."""
-    last = way[-1]
-    for earlier in reversed(way[:-1]):
-        last = FeasibleWalk(
-            last.problem,
-            with_work(last.solution, earlier.solution),
-            last.first_iterations + earlier.first_iterations,
-        )
-    return last
-
-
 def finish(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
     """Return the finished gait of a walk, None where refinement leaves none.
 
@@ -494,7 +482,7 @@ def _strides(
     start: Neighbour, goal: Scenario, steps: int, options: DesignOptions, cost_limit: float
 ) -> FeasibleWalk | None:
     x, active, last = start.walk.x, start.walk.active, start.scenario
-    way: list[FeasibleWalk] = []
+    walk: FeasibleWalk | None = None
     for step in range(1, steps + 1):
         try:
             scenario = interpolated(start.scenario, goal, step / steps)
@@ -509,9 +497,13 @@ def _strides(
         found = _feasible(sparse, x, active, options, limit)
         if found is None:
             return None
-        way.append(found)
         x, active, last = found.solution.x, found.active, scenario
-    return with_all_work(way)
+        if walk is not None:  # all the work of the way counts
+            whole = with_work(found.solution, walk.solution)
+            first = found.first_iterations + walk.first_iterations
+            found = FeasibleWalk(found.problem, whole, first)
+        walk = found
+    return walk
 
 
 def _feasible(

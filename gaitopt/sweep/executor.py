@@ -234,17 +234,9 @@ def run_job_alone(job: Job) -> JobOutcome:
 
 
 def _continue(job: Job) -> JobOutcome:
-    found = continue_from(
-        job.scenario,
-        job.neighbours,
-        job.options,
-        job.axes,
-        substeps=job.substeps,
-        cold_start=job.cold_start,
-        cost_limit=job.cost_limit,
-        line=job.line,
-    )
-    return JobOutcome(job, found)
+    how = {n: getattr(job, n) for n in ("substeps", "cold_start", "cost_limit", "line")}
+    walk = continue_from(job.scenario, job.neighbours, job.options, job.axes, **how)
+    return JobOutcome(job, walk)
 
 
 def _finish(job: Job) -> JobOutcome:
@@ -266,17 +258,9 @@ def _diagnose(job: Job) -> JobOutcome:
         if isinstance(known, Diagnosis):
             record = {**known.record(), "sentences": [str(error), *known.sentences]}
         return JobOutcome(job, None, refusal=record)
-    walk = WarmStart(
-        x=found.solution.x,
-        cost=found.solution.cost,
-        active=active_rows(found.problem, found.solution.multipliers),
-        cost_gradient=(None,) * len(job.axes),
-        first_iterations=0,
-        iterations=0,
-        evaluations=0,
-        seconds=0.0,
-        origin="diagnosis",
-    )
+    solution = found.solution
+    active, slopes = active_rows(found.problem, solution.multipliers), (None,) * len(job.axes)
+    walk = WarmStart(solution.x, solution.cost, active, slopes, 0, 0, 0, 0.0, "diagnosis")
     return _finished(job, walk, found, began)
 
 
@@ -350,9 +334,13 @@ def joined_scheduler(address: str) -> DaskExecutor:
         InputError: there is none at the address, or it has no workers.
         MissingExtraError: Dask distributed is not installed.
     """
-    distributed = _distributed()
     try:
-        client = distributed.Client(address, timeout=REACH_SECONDS)
+        import distributed
+    except ImportError as error:
+        raise MissingExtraError("a sweep on several workers", "cluster") from error
+    try:
+        dask: Any = distributed
+        client: Any = dask.Client(address, timeout=REACH_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
             f"no Dask scheduler answers at '{address}' within {REACH_SECONDS:g} s; start one by "
@@ -363,11 +351,3 @@ def joined_scheduler(address: str) -> DaskExecutor:
         client.close()
         raise InputError(f"the scheduler at '{address}' has no workers; start some: dask worker")
     return DaskExecutor(client)
-
-
-def _distributed() -> Any:
-    try:
-        import distributed
-    except ImportError as error:
-        raise MissingExtraError("a sweep on several workers", "cluster") from error
-    return distributed

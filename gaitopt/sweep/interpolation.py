@@ -84,8 +84,12 @@ def interpolate(
     corners = _corners(library, values)
     scenario, x = _mixed(library, corners, values, tuple(known))
     plain = _worst(scenario, x)
-    near = min(corners, key=lambda point: _distance(library, point, values))
-    kept = library.states[near].walk
+
+    def away(point: Index) -> float:
+        there = library.grid.values(point)
+        return sum(abs(there[name] - v) / (abs(v) or 1.0) for name, v in values.items())
+
+    kept = library.states[min(corners, key=away)].walk
     active = () if kept is None else kept.active
     walk = WarmStart(x, 0.0, active, (), 0, 0, 0, 0.0, "interpolation")
     found = finish(scenario, walk, options)
@@ -149,11 +153,6 @@ def _along(
     (i, (first, x)), (j, (last, y)) = pair[0], pair[-1]
     share = 0.0 if i == j else (value - grid[i]) / (grid[j] - grid[i])
     return interpolated(first, last, share), x + share * (y - x)
-
-
-def _distance(library: Library, point: Index, values: Mapping[str, float]) -> float:
-    here = library.grid.values(point)
-    return sum(abs(here[name] - value) / (abs(value) or 1.0) for name, value in values.items())
 
 
 def _worst(scenario: Scenario, x: Array) -> WorstRow | None:

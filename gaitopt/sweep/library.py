@@ -42,11 +42,12 @@ from gaitopt.sweep.database import (
 from gaitopt.sweep.grid import Index, TaskGrid
 from gaitopt.sweep.library_0_1 import MANIFEST, read_library_0_1
 from gaitopt.sweep.table import (
+    INFEASIBLE,
+    NOT_COMPUTED,
     Row,
-    awaited_row,
+    bare_row,
     faulty_row,
     fits_column,
-    refused_row,
     write_table,
 )
 
@@ -269,9 +270,10 @@ def _rows(
             row = dict(state.row)
         elif state.refusal is not None:
             sentences = state.refusal.get("sentences") or ["no gait was found"]
-            row = refused_row(values, str(sentences[0]))
+            row = bare_row(values, INFEASIBLE, str(sentences[0]))
         else:
-            row = awaited_row(values)
+            awaited = "the sweep has not come to it; its command goes on"
+            row = bare_row(values, NOT_COMPUTED, awaited)
         rows.append(faulty_row(row, faults[point], REMEDY) if point in faults else row)
     return rows
 

@@ -47,25 +47,17 @@ _FIGURES = (
 _WORDS = ("status", "verdict", "origin", "file")
 _ANSWERS = ("certified",)
 _GREATEST = 2**53  # a column of figures holds whole numbers up to this one exactly
-MOTOR_UNITS = {
-    "peak_torque": "N·m",
-    "rms_torque": "N·m",
-    "peak_speed": "rad/s",
-    "peak_force": "N",
-    "rms_force": "N",
-    "peak_linear_speed": "m/s",
-    "peak_power": "W",
-}
-"""Of the columns that motors have, as "peak_torque.knee"; those that slide have the linear ones."""
 _MOTOR = {
-    "peak_torque_Nm": "peak_torque",
-    "rms_torque_Nm": "rms_torque",
-    "peak_speed_rad_per_s": "peak_speed",
-    "peak_force_N": "peak_force",
-    "rms_force_N": "rms_force",
-    "peak_speed_m_per_s": "peak_linear_speed",
-    "peak_power_W": "peak_power",
+    "peak_torque_Nm": ("peak_torque", "N·m"),
+    "rms_torque_Nm": ("rms_torque", "N·m"),
+    "peak_speed_rad_per_s": ("peak_speed", "rad/s"),
+    "peak_force_N": ("peak_force", "N"),
+    "rms_force_N": ("rms_force", "N"),
+    "peak_speed_m_per_s": ("peak_linear_speed", "m/s"),
+    "peak_power_W": ("peak_power", "W"),
 }
+MOTOR_UNITS = dict(_MOTOR.values())
+"""Of the columns that motors have, as "peak_torque.knee"; those that slide have the linear ones."""
 _UNITS = {
     **MOTOR_UNITS,
     "speed": "m/s",
@@ -144,19 +136,9 @@ def motor_columns(motors: Iterable[Mapping[str, Any]]) -> Row:
     return {
         f"{column}.{motor['joint'].replace(' ', '_')}": motor[key]
         for motor in motors
-        for key, column in _MOTOR.items()
+        for key, (column, _) in _MOTOR.items()
         if key in motor
     }
-
-
-def refused_row(values: Mapping[str, float], sentence: str) -> Row:
-    """Return the line of a point where no gait was found."""
-    return _bare(values, INFEASIBLE, sentence)
-
-
-def awaited_row(values: Mapping[str, float]) -> Row:
-    """Return the line of a point that the sweep has not come to."""
-    return _bare(values, NOT_COMPUTED, "the sweep has not come to it; its command goes on")
 
 
 def faulty_row(row: Row, fault: str, sentence: str) -> Row:
@@ -164,7 +146,7 @@ def faulty_row(row: Row, fault: str, sentence: str) -> Row:
     return {**row, "status": fault, "certified": False, "verdict": sentence}
 
 
-def _bare(values: Mapping[str, float], status: str, verdict: str) -> Row:
+def bare_row(values: Mapping[str, float], status: str, verdict: str) -> Row:
     """Return a line without figures, which has their columns all the same."""
     slopes = (f"slope.{name}" for name in values)
     names = (*_PLACE, *values, "status", *_FIGURES, *slopes)

@@ -31,7 +31,7 @@ from gaitopt.sweep.executor import CONTINUE
 from gaitopt.sweep.grid import Axis, RobotSource
 from gaitopt.sweep.library import MISSING, open_library
 from gaitopt.sweep.scheduler import sweep
-from gaitopt.sweep.table import CERTIFIED, INFEASIBLE, NOT_COMPUTED, awaited_row, write_table
+from gaitopt.sweep.table import CERTIFIED, INFEASIBLE, NOT_COMPUTED, bare_row, write_table
 
 HERE = Path(__file__).parent
 
@@ -65,7 +65,8 @@ def test_the_index_opens_as_parquet(swept):
 
 def test_a_parquet_index_without_gaits_has_its_columns(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'tables' is not installed")
-    write_table([awaited_row({"speed": 0.8}), awaited_row({"speed": 0.9})], tmp_path)
+    rows = [bare_row({"speed": speed}, NOT_COMPUTED, "") for speed in (0.8, 0.9)]
+    write_table(rows, tmp_path)
     table = parquet.read_table(tmp_path / "index.parquet")
     assert table["speed"].to_pylist() == [0.8, 0.9]
     assert str(table.schema.field("cost").type) == "double"
