@@ -21,7 +21,7 @@ from scipy.integrate import simpson
 from tables import table
 
 from gaitopt.catalogue.entries import description, entry_by_name
-from gaitopt.design.certificate import fine_grid
+from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design
@@ -66,7 +66,7 @@ def held_cost(robot: Robot, locked: Design) -> float:
         robot: the same with those joints free.
         locked: the walk.
     """
-    problem = locked.problem.with_grid(fine_grid(locked.problem))
+    problem = on_fine_grid(locked.problem)
     step = problem.step(locked.solution.x)
     body, count = robot.multibody, problem.grid.count
     motion = np.zeros((3, count, len(robot.joint_names)))

@@ -37,11 +37,9 @@ def gait_at(
     meta: Mapping[str, object],
     multipliers: tuple[Array, Array] | None = None,
 ) -> Gait:
-    """Return the gait at parameters x, sampled at the task's quadrature nodes.
+    """Return the gait at x (P,), sampled at the task's quadrature nodes.
 
     Args:
-        problem: the walk.
-        x: parameters, shape (P,).
         meta: what to record besides robot, task and cost (solver, certificate, ...).
         multipliers: of the rows and of the bounds of the problem, if x is its optimum.
 

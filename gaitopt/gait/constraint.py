@@ -150,7 +150,6 @@ def check_declaration(one: object, *names: str) -> None:
     """Check that the class of a constraint or a cost says what it is.
 
     Args:
-        one: an instance.
         names: what it has to declare.
 
     Raises:
@@ -214,12 +213,7 @@ def check_relaxation(one: Constraint, margins: Container[str], constraints: Cont
 
 
 def failure(error: Exception, one: object) -> str:
-    """Return an exception in words, with the line of the file of a constraint or a cost, if any.
-
-    Args:
-        error: that a method of it raised.
-        one: the constraint or the cost.
-    """
+    """Return an exception in words, with the line of the file of a constraint or a cost, if any."""
     file = getattr(sys.modules.get(type(one).__module__), "__file__", None)
     lines = [at.lineno for at in extract_tb(error.__traceback__) if at.filename == file]
     where = f" (line {lines[-1]} of {Path(str(file)).name})" if lines else ""
@@ -436,7 +430,6 @@ class Constraint(ABC):
         """Return rows at every instant of the step, or at some.
 
         Args:
-            context: the walk.
             function: from the quantities to r rows.
             labels: of the r rows.
             lower, upper: limits, broadcast to (K, r).

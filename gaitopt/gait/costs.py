@@ -652,7 +652,6 @@ def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Co
     """Return a cost by its name, with some of its fields changed.
 
     Args:
-        name: of a built-in one, or of one of those known.
         known: costs there are besides.
         changes: fields, as `weights={"*_knee": 2.0}`.
 
@@ -807,8 +806,6 @@ def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunct
     """Return a cost with the second term of Eq. (47), penalty * (V T - d)², unless that is zero.
 
     Args:
-        cost: the first term.
-        context: the walk.
         penalty: rho [cost / m²].
     """
     if isinstance(cost, WeightedSum) or type(cost).__module__ != __name__:
@@ -821,10 +818,6 @@ def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunct
 
 def joint_weights(robot: Robot, patterns: Mapping[str, float]) -> Array:
     """Return the weight of each joint, the mean over each pair of joints, shape (joints,).
-
-    Args:
-        robot: the biped.
-        patterns: weights by patterns of joint names.
 
     Raises:
         InputError: a pattern fits no joint, or all weights are zero.

@@ -240,7 +240,6 @@ class DoubleStepModel(StepModelBase):
         """Return the whole step.
 
         Args:
-            opening, closing: its start and its end.
             before: end of the step before, there exchanged.
         """
         parts = self._parts(opening, closing, before)
@@ -354,7 +353,6 @@ class DoubleStepModel(StepModelBase):
         """Return the derivatives of (u, du, ddu, g) at lift-off, and of all rates there, (n, P).
 
         Args:
-            step: the step.
             q_end: of the posture, shape (n, P).
             geometry: of the quantities that place the front foot, shape (G, P).
         """
@@ -378,8 +376,6 @@ class DoubleStepModel(StepModelBase):
         """Return the derivatives of a step in x, from the local ones.
 
         Args:
-            step: the step.
-            local: its local derivatives.
             q_start, q_end, rate_start: derivatives of postures and rates at its ends, (n, P).
             liftoff: as of `liftoff_in_x`.
             geometry: of the quantities that place the front foot, those of the next step, (G, P).
@@ -533,7 +529,6 @@ class DoubleStepModel(StepModelBase):
         """Return what the end of a step bends, (P, P), and the weights of u there, (6,).
 
         Args:
-            step, derivatives: the step.
             rate: weights of the rates at the start of the next step, there exchanged, (n,).
         """
         double, at, h = step.double, derivatives.double, self._h
@@ -554,9 +549,7 @@ class DoubleStepModel(StepModelBase):
         """Return what the double support at the start bends, shape (P, P).
 
         Args:
-            step, derivatives: the step.
             q_start: weights of the posture, shape (n,).
-            first: weights of the quantities.
         """
         posture = self.boundary.hessian(
             step.posture, derivatives.posture, q_start,
@@ -585,7 +578,6 @@ class DoubleStepModel(StepModelBase):
         """Return weights of the stance leg's coefficients; add to H what a free duration bends.
 
         Args:
-            step, at: of the double support.
             basis: of the stance leg's spline at the instants.
             weights: of (u, du, ddu), shape (N, 3, h + 6).
             instants: as shares of the step; None: those of the grid.
@@ -610,9 +602,7 @@ class DoubleStepModel(StepModelBase):
         """Add what the impact bends to H, and return its weights of the angles there, (n,).
 
         Args:
-            step, at: of the double support.
             jump: weights of the jump of the rates, shape (n,).
-            first: weights of the quantities.
             H: Hessian in x, shape (P, P).
         """
         double, n = step.double, self.layout.joints
@@ -666,11 +656,7 @@ class OnEnds:
 
 
 def double_cycle(models: Sequence[DoubleStepModel], x: Array) -> tuple[Step, ...]:
-    """Return the steps of a walk that follow each other, the first again after the last.
-
-    Args:
-        models: of the steps.
-        x: parameters of the walk, shape (P,).
+    """Return the steps of a walk at x (P,) that follow each other, the first again after the last.
 
     Raises:
         EvaluationError: a parameter is not finite, or a leg cannot reach.
@@ -690,11 +676,9 @@ def _closings(models: Sequence[DoubleStepModel], openings: Sequence[Opening]) ->
 def double_cycle_derivatives(
     models: Sequence[DoubleStepModel], x: Array, known: Sequence[Posture] | None = None
 ) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
-    """Return the steps as `double_cycle` does, and their exact derivatives in x.
+    """Return the steps as `double_cycle` does, and their exact derivatives in x (P,).
 
     Args:
-        models: of the steps.
-        x: parameters of the walk, shape (P,).
         known: the double supports at x, if they were computed before.
 
     Raises:
@@ -733,12 +717,7 @@ def double_cycle_hessian(
     derivatives: Sequence[StepDerivatives],
     weights: Sequence[dict[Quantity, Array]],
 ) -> Array:
-    """Return the Hessian in x of weights . (quantities) of steps that follow each other, (P, P).
-
-    Args:
-        models, steps, derivatives: as of `double_cycle_derivatives`.
-        weights: of the quantities of each step.
-    """
+    """Return the Hessian in x of weights . (quantities) of the steps of `double_cycle`, (P, P)."""
     each = list(zip(models, steps, derivatives, weights, strict=True))
     own = [model.own_hessian(step, at, weighed) for model, step, at, weighed in each]
     ends = [one for _, one in own]

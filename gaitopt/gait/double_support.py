@@ -310,7 +310,6 @@ class DoubleSupport(ABC):
         """Return the Hessian in the geometric quantities of legs and of what forces pair with.
 
         Args:
-            posture: the double support.
             forces: weights of the six-vectors of pelvis and swing sole.
             leg_weights: shape (2, 3).
         """

@@ -102,7 +102,6 @@ def with_knot(turn: FootTurn, shape: Array, duration: float, at: float) -> tuple
     """Return knots and coefficients of the same turn with one knot more.
 
     Args:
-        turn, shape: of the foot.
         duration: of the step [s].
         at: the knot, as a share of the step.
 

@@ -198,11 +198,7 @@ def save_gait(gait: Gait, path: str | Path) -> Path:
     """Write a gait file, atomically; equal gaits give equal bytes.
 
     Args:
-        gait: what to write.
         path: file name, used as it is; `.npz` is the custom.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: the path cannot be written.
@@ -253,7 +249,6 @@ def read_gait(source: Path, members: Arrays, digests: Mapping[str, str], verify:
     """Validate the arrays of a gait file and return its gait; errors as of `load_gait`.
 
     Args:
-        source: the file.
         members, digests: as of `read_members`.
         verify: whether a file that was changed after it was written is refused.
     """
@@ -481,12 +476,6 @@ def gait_of(
 ) -> Gait:
     """Return the gait of the arrays of a file of format 2, those of one phase alone.
 
-    Args:
-        members: of the file.
-        meta: its record.
-        body: its robot.
-        more: attributes of the gait besides.
-
     Raises:
         InputError: they make none.
     """
@@ -566,10 +555,7 @@ def _closed(members: Arrays, last: int, touch: float, before: Arrays) -> Arrays:
     """Return the arrays of the double support, and of a turn of the rear foot that goes on in it.
 
     Args:
-        members: of the file.
-        last: number of its phase.
         touch: time at which it begins [s].
-        before: arrays of the phases before.
     """
     found = {
         "double_knots": touch + members[f"knots_{last}"],

@@ -95,7 +95,6 @@ def phase_grid(samples: int, quadrature: str, changes: Array) -> Grid:
     lengths, rounded up to what the rule needs.
 
     Args:
-        samples, quadrature: as of `uniform_grid`.
         changes: shares of the step at which one phase follows another, shape (k,).
 
     Raises:
@@ -134,7 +133,6 @@ def parts(grid: Grid, edges: Array, changes: Array | None = None) -> tuple[Grid,
     """Return the instants of every step of several, as shares of that step, in their order.
 
     Args:
-        grid: of all of them.
         edges: shares at which steps begin and end, from 0 to 1, shape (steps + 1,).
         changes: shares of a step at which one phase follows another, whose two sides the
             instants are to meet exactly.

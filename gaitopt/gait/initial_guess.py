@@ -107,8 +107,6 @@ def _guessed_step(
     """Return the parameters of a step (p,) whose foot swings over from one posture to the next.
 
     Args:
-        problem: the walk.
-        layout: of the step.
         start, geometry: its double support.
         following: joint angles at the start of the next step, there exchanged, shape (n,).
     """
@@ -329,14 +327,11 @@ def flat_feet_gap(problem: WalkProblem) -> float:
 
 
 def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
-    """Return x with normal noise of standard deviation sigma on every joint parameter.
+    """Return x (P,) with normal noise of standard deviation sigma on every joint parameter.
 
     Args:
-        problem: the walk x belongs to.
-        x: parameters, shape (P,).
         sigma: standard deviation [rad], and [rad/s] for the rates of the thirteen-link biped, those
             of other robots in proportion.
-        seed: of the random generator.
     """
     noisy = np.array(x)
     joints = problem.layout.of_joints
@@ -398,14 +393,10 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
 
 
 def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
-    """Return x with the pelvis at the height where no leg is straighter than before.
+    """Return x (P,) with the pelvis at the height where no leg is straighter than for `old`.
 
     Joint angles fit legs of any length; a height that is kept bends them otherwise, or is out of
     their reach.
-
-    Args:
-        x: parameters of a walk of the old robot, shape (P,).
-        old, new: of the same layout.
     """
     lifted = x.copy()
     for number in range(new.task.steps):

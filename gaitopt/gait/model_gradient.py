@@ -129,12 +129,7 @@ class DynamicsGradient:
 
 
 def dynamics_gradient(bodies: PlacedBodies, at: WeightedDynamics) -> DynamicsGradient:
-    """Return the derivatives of the weighted inverse dynamics in the model.
-
-    Args:
-        bodies: at the postures of `at`.
-        at: motion and weights.
-    """
+    """Return the derivatives of the weighted inverse dynamics in the model."""
     tree, axes, I = bodies.tree, at.axes, bodies.inertias  # noqa: E741
     base_weights, weights = np.split(at.weights, [BASE], axis=1)
     dv = axes * at.rate[:, :, None]
@@ -182,10 +177,6 @@ def _of_moments(W: Array, A: Array, V: Array, turned: Array) -> tuple[Array, Arr
 
 def landing_gradient(bodies: PlacedBodies, impact: WeightedImpact) -> tuple[Array, Array]:
     """Return the derivatives of l . (-J' I, J V+) in displacements, forces in the world.
-
-    Args:
-        bodies: at the posture of the impact.
-        impact: with its adjoint l.
 
     Returns:
         For each joint with all beyond it, shape (1, n, 6); for the landing sole, shape (1, 6).
@@ -275,7 +266,6 @@ def model_gradient(
     """Return the derivatives of the sum of `first` times the quantities in the robot.
 
     Args:
-        model, step, derivatives: the step.
         first: weights of every quantity, of its shape; those of `BODY_GAPS` are left out.
     """
     back = step_adjoint(model, step, derivatives, first)
@@ -366,7 +356,6 @@ def _double_support(
     """Forces in the world, (6,) each, that displacements of pelvis and swing sole pair with.
 
     Args:
-        posture, at: the double support.
         q_start: weights of the posture, which follows the pelvis and the sole in the closed form.
         gaps: weights of the gaps, which open in the lifted one.
     """

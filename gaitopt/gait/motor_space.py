@@ -107,7 +107,6 @@ def joints_of_linkages(
     Args:
         names: of the joints that move by themselves.
         mirror: the exchange E of left and right.
-        body: the robot.
         linkages: of one leg each.
 
     Raises:

@@ -200,7 +200,6 @@ def constraint_from_record(record: object, known: Iterable[Extension]) -> Constr
     """Return the constraint of a record made by `extension_record`.
 
     Args:
-        record: of it.
         known: constraints and costs there are besides the built-in ones, as of a plugin.
 
     Raises:

@@ -59,7 +59,6 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
     `robust`: the same with margins for feedback; see `robust_task`.
 
     Args:
-        preset: its name.
         robot: the biped, which `humanoid` and `robust` are sized by; `standard` takes its sole,
             `paper` does without.
         changes: fields of `Task`, and margins of it and of its own constraints, as `speed=0.6`
@@ -94,7 +93,6 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     weight, sole and, below 0.3 m from hip to ankle, leg; the double support is lifted.
 
     Args:
-        robot: the biped.
         changes: fields of `Task` and of `Margins`.
 
     Raises:
@@ -171,7 +169,6 @@ def robust_task(robot: Robot, **changes: object) -> Task:
     pressure farther inside, and they land neither grazing nor hard; see docs/simulation.md.
 
     Args:
-        robot: the biped.
         changes: fields of `Task` and of `Margins`.
 
     Raises:
@@ -212,7 +209,6 @@ def widest(robot: Robot, gap: float = Margins.lateral_gap) -> float:
     """Return how far apart the lines of footsteps may be [m]: a little more than they must.
 
     Args:
-        robot: the biped.
         gap: that must be left between the soles [m].
     """
     soles = robot.sole.width + gap
@@ -223,8 +219,6 @@ def foreign_margins(robot: Robot, task: Task, remedy: str = "") -> str | None:
     """Return what to say where the margins of the thirteen-link biped meet another robot.
 
     Args:
-        robot: the biped.
-        task: its walk.
         remedy: what sizes margins by the robot, by default the call in Python.
     """
     usual = Margins()

@@ -287,8 +287,6 @@ def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
 
     Args:
         layout: of one step of the walk straight ahead.
-        robot: the biped.
-        task: of the stride.
     """
     table = layout.geometry
     turn, yaw = task.turn_rate * task.duration, table[FOOT_YAW]
@@ -441,7 +439,6 @@ def by_step(grid: Grid, edges: Array) -> tuple[Grid, NDArray[np.int_]]:
     Rows of a step stand after all those of the step before, those that refinement added too.
 
     Args:
-        grid: of all steps.
         edges: shares at which they begin and end, shape (steps + 1,).
     """
     order = np.argsort(step_of(grid.instants, edges), kind="stable")
@@ -459,8 +456,6 @@ def joined_blocks(
     """Return the rows of a constraint over several steps, from those over each of them.
 
     Args:
-        blocks: of the steps.
-        grid: of all of them.
         edges: shares at which they begin and end, shape (steps + 1,).
         robot: the biped.
         period: what they are called together.

@@ -625,7 +625,6 @@ def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
     """Return the task of a record made by `task_record`.
 
     Args:
-        record: of it.
         known: constraints, costs and terrains that are not gaitopt's own, as of a plugin.
 
     Raises:

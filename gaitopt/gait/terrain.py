@@ -273,9 +273,6 @@ def _is_finite(value: object) -> TypeGuard[float]:
 def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | None) -> None:
     """Check the profile of a terrain of one's own.
 
-    Args:
-        terrain, sole, step, nosing: as in `Terrain.profile`.
-
     Raises:
         InputError: a number of it is none, its height is not finite, a derivative is wrong, or the
             footprints are not level or not where `rise` says.
@@ -381,11 +378,7 @@ class AboveProfile(QuantityFunction):
 def ground_record(
     terrain: Terrain, sole: Sole, step: float, nosing: float | None
 ) -> dict[str, object]:
-    """Return what a gait file says of its ground, so that no plugin is needed to draw it.
-
-    Args:
-        terrain, sole, step, nosing: as in `Terrain.profile`.
-    """
+    """Return what a gait file says of its ground, so that no plugin is needed to draw it."""
     profile = terrain.profile(sole, step, nosing)
     return {
         "words": terrain.words(step),

@@ -355,11 +355,7 @@ def save_transition(transition: Transition, path: str | Path) -> Path:
     """Write the file of a transition, atomically; equal transitions give equal bytes.
 
     Args:
-        transition: what to write.
         path: file name, used as it is; `.npz` is the custom.
-
-    Returns:
-        The path written.
 
     Raises:
         InputError: the path cannot be written.
@@ -399,7 +395,6 @@ def load_transition(path: str | Path, *, verify: bool = True) -> Transition:
     """Read and validate the file of a transition.
 
     Args:
-        path: of the file.
         verify: whether a file that was changed after it was written is refused.
 
     Raises:

@@ -93,12 +93,7 @@ class Junction:
 
 
 def junction_of(problem: WalkProblem, x: Array) -> Junction:
-    """Return the state with which a step of a cyclic walk begins.
-
-    Args:
-        problem: the walk, of one step.
-        x: its parameters, shape (P,).
-    """
+    """Return the state with which a step of a cyclic walk at x (P,) begins."""
     step = problem.step(x)
     rate = problem.model.exchange @ step.impact.rate_after
     return Junction(step.geometry, step.posture.q_start, rate, step.rate_before)
@@ -578,12 +573,7 @@ def _state_only_at(block: ConstraintBlock, kept: NDArray[np.bool_]) -> Constrain
 
 
 def step_durations(begin: Junction, finish: Junction, steps: int) -> tuple[float, ...]:
-    """Return durations that lead evenly from the walk before to the walk after, shortest at rest.
-
-    Args:
-        begin, finish: the given states.
-        steps: number of steps between.
-    """
+    """Return durations that lead evenly from one walk to the other, shortest at rest."""
     first, last = float(begin.geometry[DURATION]), float(finish.geometry[DURATION])
     if begin.rests or finish.rests:
         walked = last if begin.rests else first
@@ -606,7 +596,6 @@ def standing(robot: Robot, walk: Array, stretch: float = STRETCH) -> Junction:
     of the soles.
 
     Args:
-        robot: the biped.
         walk: geometric quantities of a double support of its walk, shape (10,).
         stretch: distance of hip and ankle over the leg's length.
 

@@ -84,7 +84,7 @@ class SimulatedRobot:
         return np.concatenate([self.dof, self.tied[1]])
 
     def place(self, data: mujoco.MjData, configuration: Array, velocity: Array) -> None:
-        """Put data into the state of a configuration and a velocity of `Multibody.model`."""
+        """Put data into a state of `Multibody.model`, velocity (6 + M,) in [m/s, rad/s]."""
         data.qpos[:] = self.position(configuration)
         data.qvel[:] = self.velocity(configuration, velocity)
 

@@ -8,7 +8,7 @@ import pytest
 from numerics import check_differences, jacobian_difference, relative_error, steps
 
 from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule
-from gaitopt.design.certificate import ask_referee, fine_grid
+from gaitopt.design.certificate import ask_referee, on_fine_grid
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -85,7 +85,7 @@ def test_derivatives_are_exact(walk):
 
 def test_the_referee_agrees(walk):
     problem, x = walk
-    grid = fine_grid(problem)
+    grid = on_fine_grid(problem).grid
     verdict = ask_referee(problem.robot, problem.with_grid(grid).step(x), grid, problem.schedule)
     assert 0.0 < verdict.worst < REFEREE
     assert 0.0 < verdict.momentum < MOMENTUM

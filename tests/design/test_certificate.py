@@ -8,7 +8,7 @@ from numerics import relative_error
 from reference_cases import biped, reference_case
 from walks import walk
 
-from gaitopt.design.certificate import certify, fine_grid, worst_rows
+from gaitopt.design.certificate import certify, on_fine_grid, worst_rows
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait import quantities
@@ -102,7 +102,9 @@ def test_the_proof_does_not_depend_on_the_samples(refined_design, samples):
         certify(problem, refined_design.solution.x),
         certify(other, refined_design.solution.x),
     )
-    np.testing.assert_array_equal(fine_grid(problem).instants, fine_grid(other).instants)
+    np.testing.assert_array_equal(
+        on_fine_grid(problem).grid.instants, on_fine_grid(other).grid.instants
+    )
     assert (one.constraints, one.resolution, one.cost) == (
         two.constraints,
         two.resolution,

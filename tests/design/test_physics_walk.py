@@ -9,7 +9,7 @@ from numerics import relative_error
 from places import CASES
 
 from gaitopt.design.audit import audit
-from gaitopt.design.certificate import ask_referee, fine_grid
+from gaitopt.design.certificate import ask_referee, on_fine_grid
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design
@@ -55,7 +55,7 @@ def stepped():
     """Robot, step and fine grid of an ordinary walk."""
     robot = everything()
     problem = WalkProblem(robot, humanoid_task(robot, speed=SPEED))
-    problem = problem.with_grid(fine_grid(problem))
+    problem = on_fine_grid(problem)
     return robot, problem.step(first_guess(problem)), problem.grid
 
 

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from walks import WALKS, walk
 
-from gaitopt.design.certificate import ask_referee, fine_grid
+from gaitopt.design.certificate import ask_referee, on_fine_grid
 from gaitopt.gait.grid import proof_grid
 from gaitopt.model.robot import Robot
 from gaitopt.tolerances import MOMENTUM, REFEREE
@@ -19,7 +19,7 @@ GRID = proof_grid(np.linspace(0.0, 1.0, 4))
 def fine_step(name: str):
     """Robot, step and the proof's grid."""
     problem, x = walk(name).problem, walk(name).x
-    grid = fine_grid(problem)
+    grid = on_fine_grid(problem).grid
     return problem.robot, problem.with_grid(grid).step(x), grid, problem.schedule
 
 

@@ -10,7 +10,7 @@ from numerics import relative_error
 from reference_cases import biped
 
 from gaitopt.design.audit import audit
-from gaitopt.design.certificate import ask_referee, fine_grid
+from gaitopt.design.certificate import ask_referee, on_fine_grid
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
@@ -39,7 +39,7 @@ def somewhere(**changes):
     """A stride off its first guess, seen at the instants of the proof."""
     task = preset_task("standard", speed=0.5, duration=0.6, **changes)
     problem = WalkProblem(biped(), task)
-    problem = problem.with_grid(fine_grid(problem))
+    problem = on_fine_grid(problem)
     return problem, perturbed(problem, first_guess(problem), 0.03, 2)
 
 

@@ -12,7 +12,7 @@ from synthetic_bipeds import MOVING, SOLE, synthetic
 
 from gaitopt.cli.request import make_request
 from gaitopt.design.audit import audit
-from gaitopt.design.certificate import ask_referee, fine_grid
+from gaitopt.design.certificate import ask_referee, on_fine_grid
 from gaitopt.design.conflict import contradictions
 from gaitopt.design.design import design
 from gaitopt.errors import InputError
@@ -57,7 +57,7 @@ def proven(robot, **ground):
     """A walk at its first guess, seen at the instants of the proof."""
     task = preset_task("standard", speed=0.5, duration=0.6, **ground)
     problem = WalkProblem(robot, task)
-    problem = problem.with_grid(fine_grid(problem))
+    problem = on_fine_grid(problem)
     return problem, problem.step(first_guess(problem))
 
 
