@@ -153,7 +153,7 @@ def test_what_fails_after_the_gait_tells_what_is_there(quick, tmp_path, monkeypa
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(results, "summary_text", full)
+    monkeypatch.setattr(results, "write_record", full)
     result = quick("-o", tmp_path / "out")
     assert result.exit_code == 2
     assert "there is: gait.npz\n" in result.stderr
