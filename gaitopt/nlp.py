@@ -97,12 +97,17 @@ class Point(Values):
         """Whether every derivative is a finite number."""
         return bool(np.isfinite(self.gradient).all() and np.isfinite(self.jacobian).all())
 
-    def most_change(self, scale: Array) -> Array:
+    def most_change(self, scale: Array, rows: Indices | None = None) -> Array:
         """Return how much rows change, to first order, where no variable does by more than scale.
 
         That is the most they can, or a bound of it, shape (m,).
+
+        Args:
+            scale: of the variables, shape (n,).
+            rows: numbers of some, ascending (k,), of which a closer bound is wanted, shape (k,).
         """
-        return np.asarray(np.abs(self.jacobian) @ scale)
+        found = self.jacobian if rows is None else self.jacobian[rows]
+        return np.asarray(np.abs(found) @ scale)
 
 
 class NLP(ABC):

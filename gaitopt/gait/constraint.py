@@ -25,7 +25,7 @@ from gaitopt.bounds import NUMBER, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.gait.functions import QuantityFunction
+from gaitopt.gait.functions import Entries, QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.terrain import Level, Terrain
@@ -340,6 +340,16 @@ class ConstraintBlock:
         if len(self.reads) == 1:
             return values[self.reads[0]][self.where]
         return np.concatenate([values[one][self.where] for one in self.reads], axis=1)
+
+    def whole(self, values: Mapping[Quantity, Array]) -> bool:
+        """Return whether its rows are all entries of one quantity at all instants, as they are.
+
+        Args:
+            values: of every quantity, shape (K, entries).
+        """
+        if len(self.reads) > 1 or self.lower.shape != values[self.reads[0]].shape:
+            return False
+        return isinstance(self.function, Entries) and self.function.identity
 
     @cached_property
     def per_unit(self) -> Array:

@@ -107,6 +107,16 @@ class Entries(QuantityFunction):
     count: int
     factor: float | Array = 1.0
 
+    @property
+    def plain(self) -> bool:
+        """Whether its rows are entries as they are."""
+        return isinstance(self.factor, float) and self.factor == 1.0
+
+    @property
+    def identity(self) -> bool:
+        """Whether its rows are all entries as they are, in order."""
+        return self.plain and self.chosen.indices(self.count) == (0, self.count, 1)
+
     def value(self, quantity: Array) -> Array:
         return np.asarray(quantity[:, self.chosen] * self.factor)
 
@@ -117,7 +127,7 @@ class Entries(QuantityFunction):
     def chained(self, quantity: Array, jacobian: Array) -> Array:
         del quantity
         chosen = jacobian[:, self.chosen]
-        if isinstance(self.factor, float) and self.factor == 1.0:
+        if self.plain:
             return chosen
         return np.asarray(chosen * np.reshape(self.factor, (-1, 1)))
 

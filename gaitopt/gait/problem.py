@@ -296,15 +296,14 @@ class WalkProblem(NLP):
         found: list[Array | Product] = []
         table, first = np.empty((self.rows.lower.size, self.layout.size)), 0
         for block, rows in zip(self.blocks, self._slices, strict=True):
-            product = jacobians.products.get(block.reads[0]) if len(block.reads) == 1 else None
-            through = block.take(jacobians) if product is None else product.local[block.where]
-            slopes = block.function.chained(block.take(step.values), through)
-            if product is None:
+            product = jacobians.products.get(block.reads[0])
+            if product is None or not block.whole(step.values):
+                slopes = block.function.chained(block.take(step.values), block.take(jacobians))
                 np.multiply(slopes, block.per_unit, out=table[rows].reshape(slopes.shape))
                 continue
             if first < rows.start:
                 found.append(table[first : rows.start])
-            found.append(Product(slopes * block.per_unit, product.angles[block.where]))
+            found.append(replace(product, per_unit=1.0 / block.scale))
             first = rows.stop
         return [*found, table[first:]] if first < len(table) else found
 

@@ -41,7 +41,7 @@ from gaitopt.mechanics.spatial import apply
 from gaitopt.model.coupling import Tangent
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
-from gaitopt.nlp import Array
+from gaitopt.nlp import Array, Indices
 
 
 class Period(Protocol):
@@ -337,12 +337,33 @@ class ReducedDerivatives(PostureQuantityDerivatives):
     def __init__(self, of_all: PostureQuantityDerivatives, tangent: Tangent) -> None:
         """Reduce derivatives in all joints."""
         self._of_all, self._tangent = of_all, tangent
-        self.value, self.jacobian = of_all.value, tangent.reduced(of_all.jacobian)
+        self.value = of_all.value
+
+    @cached_property
+    def jacobian(self) -> Array:  # type: ignore[override]  # a field of others, as read-only
+        """With respect to the angles of the joints that follow no other, shape (N, entries, n)."""
+        return self._tangent.reduced(self._of_all.jacobian)
+
+    def rows(self, instants: Indices, entries: Indices) -> Array:
+        tangent = self._tangent
+        if tangent.slope.ndim > 1:
+            tangent = replace(tangent, slope=tangent.slope[instants])
+        return tangent.reduced(self._of_all.rows(instants, entries))
+
+    def along(self, step: Array) -> Array:
+        return self._of_all.along(self._tangent.rates(step))
+
+    def most(self, changes: Array) -> Array:
+        tangent = replace(self._tangent, slope=np.abs(self._tangent.slope))
+        return self._of_all.most(tangent.rates(changes))
+
+    def vjp(self, weights: Array) -> Array:
+        return self._tangent.reduced(self._of_all.vjp(weights))
 
     def hessian(self, weights: Array) -> Array:
         """Return the Hessian of sum(weights * value), weights (N, entries), (N, n, n)."""
-        gradient = (weights[:, None] @ self._of_all.jacobian)[:, 0]
-        return self._tangent.reduced_twice(self._of_all.hessian(weights), gradient)
+        found, gradient = self._of_all.hessian(weights), self._of_all.vjp(weights)
+        return self._tangent.reduced_twice(found, gradient)
 
 
 OPTIONAL = (quantities.TRUNK, *quantities.BODY_GAPS)
@@ -465,4 +486,4 @@ def gap_products(
     """
     angles = motion[:, : motion.shape[1] // 3]
     gaps = (what for what in quantities.BODY_GAPS if what in jacobian)
-    return {what: Product(jacobian[what].jacobian, angles) for what in gaps}
+    return {what: Product(jacobian[what], angles) for what in gaps}

@@ -177,7 +177,7 @@ def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]
             H = H + _quadratic(second, left)
             continue
         if len(right) == 1:  # it goes with each row of a, so that these are added first
-            by_b = np.tensordot(left, second, ((0, 1), (0, 1))) @ right[0]
+            by_b = (left.swapaxes(1, 2) @ second).sum(axis=0) @ right[0]
         else:
             by_b = left.reshape(-1, len(H)).T @ (second @ right).reshape(-1, len(H))
         H = H + by_b + by_b.T
@@ -309,7 +309,7 @@ def local_gradient(
     gradient[:, n + hinges : 2 * n] += first[quantities.RATES]
     gradient[:, 2 * n + hinges :] += first[quantities.ACCELERATIONS]
     for what, reading in derivatives.optional.items():
-        gradient[:, :n] += (first[what][:, None] @ reading.jacobian)[:, 0]
+        gradient[:, :n] += reading.vjp(first[what])
     return np.asarray(gradient)
 
 

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from gaitopt.dataclass import dataclass
+from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.nlp import Array, Indices, Point, Values
 
 
@@ -24,38 +25,63 @@ class Product:
     As rows they are counted instant by instant, K r of them.
 
     Attributes:
-        local: in the angles, shape (K, r, n).
+        local: in the angles.
         angles: of the angles in x, shape (K, n, P).
+        per_unit: by which each number is multiplied, shape (r,); None: by 1.
     """
 
-    local: Array
+    local: PostureQuantityDerivatives
     angles: Array
+    per_unit: Array | None = None
 
     @property
     def whole(self) -> Array:
         """The derivatives, shape (K, r, P)."""
-        return np.asarray(self.local @ self.angles)
+        found = self.local.jacobian @ self.angles
+        return np.asarray(found if self.per_unit is None else found * self.per_unit[:, None])
+
+    @property
+    def finite(self) -> bool:
+        """Whether every derivative is a finite number, as far as the angles' and values are."""
+        return bool(np.isfinite(self.local.value).all() and np.isfinite(self.angles).all())
 
     def __len__(self) -> int:
         """Return the number of rows."""
-        return int(self.local.shape[0] * self.local.shape[1])
+        return self.local.value.size
 
     def __getitem__(self, rows: Indices) -> Array:
         """Return some rows by their numbers, ascending (k,), shape (k, P)."""
-        instants, entries = np.divmod(rows, self.local.shape[1])
+        instants, local = self._local(rows)
         found = np.empty((rows.size, self.angles.shape[2]))
         for instant in np.unique(instants):
             here = slice(*np.searchsorted(instants, [instant, instant + 1]))
-            np.matmul(self.local[instant, entries[here]], self.angles[instant], out=found[here])
+            np.matmul(local[here], self.angles[instant], out=found[here])
         return found
 
     def __matmul__(self, step: Array) -> Array:
         """Return the change of all rows along a step (P,), shape (K r,)."""
-        return np.asarray(self.local @ (self.angles @ step)[:, :, None]).ravel()
+        return self._scaled(self.local.along(self.angles @ step))
 
-    def __abs__(self) -> Product:
-        """Return a bound of the sizes: as if each joint moved by as much as it can."""
-        return Product(np.abs(self.local), np.abs(self.angles))
+    def most(self, changes: Array, rows: Indices | None) -> Array:
+        """Return a bound of the changes of all rows (K r,), or a closer one of some (k,).
+
+        Args:
+            changes: the most that each angle changes by, shape (K, n).
+            rows: numbers of some.
+        """
+        if rows is None:
+            return self._scaled(self.local.most(changes))
+        instants, local = self._local(rows)
+        return np.asarray((np.abs(local) * changes[instants]).sum(axis=1))
+
+    def _local(self, rows: Indices) -> tuple[Indices, Array]:
+        """Return the instants of some rows (k,), and their derivatives in the angles, (k, n)."""
+        instants, entries = np.divmod(rows, self.local.value.shape[1])
+        local = self.local.rows(instants, entries)
+        return instants, local if self.per_unit is None else local * self.per_unit[entries, None]
+
+    def _scaled(self, changes: Array) -> Array:
+        return (changes if self.per_unit is None else changes * self.per_unit).ravel()
 
 
 class RowSlopes:
@@ -67,27 +93,42 @@ class RowSlopes:
 
     def __getitem__(self, rows: Indices) -> Array:
         """Return some rows by their numbers, ascending (k,), shape (k, P)."""
-        cuts = pairwise(rows.searchsorted(self._edges))
-        found = zip(self._parts, self._edges[:-1], cuts, strict=True)
-        return np.concatenate([part[rows[slice(*cut)] - begin] for part, begin, cut in found])
+        found = zip(self._parts, self._by_part(rows), strict=True)
+        return np.concatenate([part[some] for part, some in found])
 
     def __matmul__(self, step: Array) -> Array:
         """Return the change of all rows along a step (P,), shape (m,)."""
         return np.concatenate([part @ step for part in self._parts])
 
-    def most_change(self, scale: Array) -> Array:
-        """Return as of `Point.most_change`."""
-        return np.concatenate([part.__abs__() @ scale for part in self._parts])
+    def most_change(self, scale: Array, rows: Indices | None = None) -> Array:
+        """Return as of `Point.most_change`; as if each joint moved by as much as it can."""
+        changes: dict[int, Array] = {}  # of angles, which products share
+        found = []
+        each = [None] * len(self._parts) if rows is None else self._by_part(rows)
+        for part, some in zip(self._parts, each, strict=True):
+            if isinstance(part, Product):
+                key = id(part.angles)
+                if key not in changes:
+                    changes[key] = np.abs(part.angles) @ scale
+                found.append(part.most(changes[key], some))
+            else:
+                found.append(np.abs(part if some is None else part[some]) @ scale)
+        return np.concatenate(found)
+
+    def _by_part(self, rows: Indices) -> list[Indices]:
+        """Return some rows by their numbers within the parts that they are of."""
+        cuts = pairwise(rows.searchsorted(self._edges))
+        return [
+            rows[slice(*cut)] - first for cut, first in zip(cuts, self._edges[:-1], strict=True)
+        ]
 
     @property
     def finite(self) -> bool:
         """Whether every derivative is a finite number."""
-        tables = (
-            table
+        return all(
+            part.finite if isinstance(part, Product) else bool(np.isfinite(part).all())
             for part in self._parts
-            for table in ((part.local, part.angles) if isinstance(part, Product) else (part,))
         )
-        return all(np.isfinite(table).all() for table in tables)
 
     @property
     def whole(self) -> Array:
@@ -124,6 +165,6 @@ class WalkPoint(Point):
         """Whether every derivative is a finite number."""
         return bool(np.isfinite(self.gradient).all()) and self.slopes.finite
 
-    def most_change(self, scale: Array) -> Array:
+    def most_change(self, scale: Array, rows: Indices | None = None) -> Array:
         """Return as of `Point`."""
-        return self.slopes.most_change(scale)
+        return self.slopes.most_change(scale, rows)

@@ -37,7 +37,7 @@ from gaitopt.mechanics.spatial import cross, skew, symmetric
 from gaitopt.model.capsules import Capsule, arm_bodies, arm_capsules, leg_capsules
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array
+from gaitopt.nlp import Array, Indices
 
 _POINT = 1e-12  # m²: a shorter segment is a point
 _PARALLEL = 1e-12  # squared sine of the angle: where the nearest points are becomes rounding
@@ -50,16 +50,21 @@ class Nearest:
     """Nearest points of M pairs of segments; in memory the components come first.
 
     Attributes:
-        along: direction vectors of first and second segment [m], shape (M, 2, 3).
-        share: s and t, where the nearest points are, from 0 to 1, shape (M, 2).
-        second: nearest point of the second segment [m], shape (M, 3).
-        between: from there to the nearest point of the first [m], shape (M, 3).
+        along: direction vectors of first and second segments [m], shape (M, 3) each.
+        share: s and t, where the nearest points are, from 0 to 1, shape (M,) each.
+        begin: where the second segment begins [m], shape (M, 3).
+        between: from its nearest point to that of the first [m], shape (M, 3).
     """
 
-    along: Array
-    share: Array
-    second: Array
+    along: tuple[Array, Array]
+    share: tuple[Array, Array]
+    begin: Array
     between: Array
+
+    @property
+    def second(self) -> Array:
+        """Nearest point of the second segment [m], shape (M, 3)."""
+        return self.begin + self.share[1][:, None] * self.along[1]
 
     @cached_property
     def distance(self) -> Array:
@@ -67,46 +72,66 @@ class Nearest:
         between = self.between.T
         return np.asarray(np.sqrt(_dot(between, between)))
 
-    def pick(self, chosen: Array) -> Nearest:
+    @cached_property
+    def force(self) -> Array:
+        """Six-force on the second segment that works against the distance, shape (M, 6).
+
+        A joint with world axis S that moves the second segment changes the distance by S . force.
+        """
+        found = np.empty((6, len(self.begin)))
+        x, y, z = np.divide(self.between.T, -np.maximum(self.distance, _TOUCHING), out=found[:3])
+        a, b, c = self.second.T
+        found[3], found[4], found[5] = b * z - c * y, c * x - a * z, a * y - b * x
+        return found.T
+
+    def pick(self, chosen: Indices) -> Nearest:
         """Return some of the pairs, by their numbers (K,)."""
+        (p, q), (s, t) = self.along, self.share
         return Nearest(
-            self.along[chosen], self.share[chosen], self.second[chosen], self.between[chosen]
+            (p[chosen], q[chosen]), (s[chosen], t[chosen]), self.begin[chosen], self.between[chosen]
         )
 
 
 def nearest(first: Array, second: Array) -> Nearest:
-    """Return the nearest points of segments given by their ends, shape (M, 2, 3) each.
-
-    The method is that of Ericson (Real-Time Collision Detection, 2005, section 5.1.9): the nearest
-    points of the lines, then each clamped to its segment.
-    """
+    """Return the nearest points of segments given by their ends, shape (M, 2, 3) each."""
     (start, end), (begin, stop) = (
         np.ascontiguousarray(s.transpose(1, 2, 0)) for s in (first, second)
     )
-    p, q, apart = end - start, stop - begin, start - begin
-    pp, qq, pq = _dot(p, p), _dot(q, q), _dot(p, q)
-    p_apart, q_apart = _dot(p, apart), _dot(q, apart)
-    skewed = pp * qq - pq**2
-    slanted = (skewed > _PARALLEL * pp * qq) & (np.minimum(pp, qq) > _POINT)
-    short = np.maximum(pp, _POINT)
-    on_line = (pq * q_apart - p_apart * qq) / np.where(slanted, skewed, 1.0)
-    s = np.clip(np.where(slanted, on_line, -p_apart / short), 0.0, 1.0)
-    t_free = (pq * s + q_apart) / np.maximum(qq, _POINT)
-    t = np.clip(t_free, 0.0, 1.0)
-    s = np.where(t == t_free, s, np.clip((pq * t - p_apart) / short, 0.0, 1.0))
-    here, there = begin + t * q, start + s * p
-    along, share = np.stack([p, q]).transpose(2, 0, 1), np.stack([s, t]).T
-    return Nearest(along, share, here.T, (there - here).T)
+    p, q = end - start, stop - begin
+    return _nearest(start, p, begin, q, _dot(p, p), _dot(q, q))
 
 
-def distance_force(near: Nearest) -> Array:
-    """Return the six-force on the second segment that works against the distance, shape (M, 6).
+def _nearest(start: Array, p: Array, begin: Array, q: Array, pp: Array, qq: Array) -> Nearest:
+    """Return the nearest points of segments.
 
-    A joint with world axis S that moves the second segment changes the distance by S . force.
+    The method is that of Ericson (Real-Time Collision Detection, 2005, section 5.1.9): the nearest
+    points of the lines, then each clamped to its segment.
+
+    Args:
+        start, p: where the first ones begin, and from there to their ends [m], shape (3, M).
+        begin, q: the same of the second ones.
+        pp, qq: squared lengths [m²], shape (M,).
     """
-    x, y, z = toward = near.between.T / -np.maximum(near.distance, _TOUCHING)
-    a, b, c = near.second.T
-    return np.stack([*toward, b * z - c * y, c * x - a * z, a * y - b * x]).T
+    between = start - begin
+    pq, p_apart, q_apart = _dot(p, q), _dot(p, between), _dot(q, between)
+    both, short, other = pp * qq, np.maximum(pp, _POINT), np.maximum(qq, _POINT)
+    skewed = both - pq * pq
+    level = skewed <= _PARALLEL * both
+    level |= np.minimum(pp, qq) <= _POINT
+    skewed[level] = 1.0
+    s = (pq * q_apart - p_apart * qq) / skewed
+    s[level] = -p_apart[level] / short[level]
+    s = _clamped(s)
+    t_free = (pq * s + q_apart) / other
+    t = _clamped(t_free)
+    np.copyto(s, _clamped((pq * t - p_apart) / short), where=t != t_free)
+    between += s * p
+    between -= t * q
+    return Nearest((p.T, q.T), (s, t), begin.T, between.T)
+
+
+def _clamped(share: Array) -> Array:
+    return np.minimum(np.maximum(share, 0.0), 1.0)
 
 
 def distance_hessian(
@@ -130,17 +155,18 @@ def distance_hessian(
         upper = np.where(reversed_order, upper.swapaxes(1, 2), upper)
     H = symmetric(upper) - _given_way(near, w, moved)
     d = np.maximum(near.distance, _TOUCHING)[:, None, None]
-    gradient = axes @ distance_force(near)[:, :, None]
+    gradient = axes @ near.force[:, :, None]
     return np.asarray((H - gradient @ gradient.swapaxes(1, 2)) / d)
 
 
 def _given_way(near: Nearest, w: Array, moved: Array) -> Array:
     """phi_qu phi_uu^-1 phi_uq: what the nearest points give way, shape (M, j, j)."""
-    p, q = near.along[:, 0], near.along[:, 1]
+    p, q = near.along
     pp, qq, pq = _dot(p.T, p.T), _dot(q.T, q.T), _dot(p.T, q.T)
-    free = (near.share > 0.0) & (near.share < 1.0)
-    free &= np.stack([pp, qq], axis=1) > _POINT
-    s, t = free[:, 0], free[:, 1]
+    s, t = (
+        (share > 0.0) & (share < 1.0) & (square > _POINT)
+        for share, square in zip(near.share, (pp, qq), strict=True)
+    )
     s = s & ~(t & (pp * qq - pq**2 < _HELD * pp * qq))
     by_s = np.where(s[:, None], -(moved @ p[:, :, None])[:, :, 0], 0.0)
     turning = (w @ cross(q, near.between)[:, :, None])[:, :, 0]
@@ -157,7 +183,7 @@ def _given_way(near: Nearest, w: Array, moved: Array) -> Array:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Return the products of vectors (3, M)."""
+    """Return the products of vectors (k, M)."""
     return np.asarray(np.einsum("im,im->m", a, b))
 
 
@@ -166,22 +192,50 @@ Pair = tuple[Capsule, Capsule]
 
 @dataclass(frozen=True)
 class CapsuleGapsDerivatives(PostureQuantityDerivatives):
-    """Derivatives of the gaps.
+    """Derivatives of the gaps, formed as far as they are asked for.
 
     Attributes:
         value: the gaps [m], shape (N, pairs).
-        jacobian: with respect to q, shape (N, pairs, n).
-        near: nearest points, instant after instant, N * pairs of them.
+        of: what they are gaps of.
+        near: nearest points, pair after pair, pairs * N of them.
+        placed: the bodies.
         axes: joint motion axes in the world, shape (N, n, 6).
-        between: which joints are between the bodies of each pair: 1 on the branch of the second, -1
-            on that of the first, else 0, shape (pairs, n).
     """
 
     value: Array
-    jacobian: Array
+    of: CapsuleGaps
     near: Nearest
+    placed: Placements
     axes: Array
-    between: Array
+
+    @cached_property
+    def jacobian(self) -> Array:  # type: ignore[override]  # a field of others, as read-only
+        """With respect to q, shape (N, pairs, n)."""
+        force = self.near.force.reshape(-1, len(self.axes), 6).swapaxes(0, 1)
+        return np.asarray(self.of.between * (force @ self.axes.swapaxes(1, 2)))
+
+    def rows(self, instants: Indices, entries: Indices) -> Array:
+        near = self.near.pick(entries * len(self.axes) + instants)
+        slopes = (self.axes[instants] @ near.force[:, :, None])[:, :, 0]
+        return np.asarray(slopes * self.of.between[entries])
+
+    def along(self, step: Array) -> Array:
+        moved = (self.axes * step[:, :, None]).swapaxes(0, 1)
+        twist = (self.of.paths @ moved.reshape(len(moved), -1)).reshape(-1, *moved.shape[1:])
+        twist = np.ascontiguousarray(twist.transpose(2, 0, 1))
+        first, second = self.of.sides
+        apart = twist.take(second, axis=1) - twist.take(first, axis=1)
+        found = _dot(apart.reshape(6, -1), self.near.force.T)
+        return found.reshape(apart.shape[1:]).T
+
+    def most(self, changes: Array) -> Array:
+        return changes @ self.of.levers(self.placed).T
+
+    def vjp(self, weights: Array) -> Array:
+        instants, pairs = np.nonzero(weights)
+        found = np.zeros((len(weights), self.axes.shape[1]))
+        np.add.at(found, instants, weights[instants, pairs, None] * self.rows(instants, pairs))
+        return found
 
     def hessian(self, weights: Array) -> Array:
         """Return the Hessian in q of sum(weights * gaps), weights (N, pairs), shape (N, n, n).
@@ -189,9 +243,9 @@ class CapsuleGapsDerivatives(PostureQuantityDerivatives):
         Pairs without weight cost nothing.
         """
         instants, pairs = np.nonzero(weights)
-        near = self.near.pick(instants * weights.shape[1] + pairs)
-        moving = np.flatnonzero(self.between[pairs].any(axis=0))
-        between = self.between[np.ix_(pairs, moving)]
+        near = self.near.pick(pairs * len(weights) + instants)
+        moving = np.flatnonzero(self.of.between[pairs].any(axis=0))
+        between = self.of.between[np.ix_(pairs, moving)]
         axes = self.axes[np.ix_(instants, moving)] * between[:, :, None]
         first = between < 0.0
         reverse = first[:, :, None] & first[:, None, :] if first.any() else None
@@ -205,7 +259,14 @@ class CapsuleGapsDerivatives(PostureQuantityDerivatives):
 
 
 class CapsuleGaps(PostureQuantity):
-    """Gaps of pairs of capsules [m], negative where they overlap."""
+    """Gaps of pairs of capsules [m], negative where they overlap.
+
+    Attributes:
+        sides: numbers of the first and of the second capsule of each pair, shape (2, pairs).
+        paths: which of n joints move each capsule, 1 or 0, shape (capsules, n).
+        between: which joints are between the bodies of each pair: 1 on the branch of the second, -1
+            on that of the first, else 0, shape (pairs, n).
+    """
 
     def __init__(self, tree: JointTree, pairs: tuple[Pair, ...]) -> None:
         """Prepare pairs, of which the first body comes before the second.
@@ -214,14 +275,20 @@ class CapsuleGaps(PostureQuantity):
             tree: of the robot's joints.
             pairs: of capsules.
         """
-        capsules = dict.fromkeys(c for pair in pairs for c in pair)  # few, in many pairs
-        self._carriers = [c.body for c in capsules]
+        capsules = list(dict.fromkeys(c for pair in pairs for c in pair))  # few, in many pairs
+        self._tree, self._carriers = tree, [c.body for c in capsules]
+        self._levers: Array | None = None
         self._ends = np.array([c.ends for c in capsules])
         number = {c: k for k, c in enumerate(capsules)}
-        self._sides = np.array([[number[c] for c in pair] for pair in pairs]).T
-        self._radii = np.array([sum(c.radius for c in pair) for pair in pairs])
-        paths = [np.stack([tree.path(c.body) for c in pair]).astype(np.float64) for pair in pairs]
-        self._between = np.array([of_second - of_first for of_first, of_second in paths])
+        self.sides = np.array([[number[c] for c in pair] for pair in pairs]).T
+        self.paths = np.array([tree.path(c.body) for c in capsules], dtype=np.float64)
+        self.between = self.paths[self.sides[1]] - self.paths[self.sides[0]]
+        self._radii = np.array([sum(c.radius for c in pair) for pair in pairs])[:, None]
+        start, end = self._ends.swapaxes(0, 1)
+        self._squares = _dot((end - start).T, (end - start).T)[self.sides]
+        # where a capsule begins and the vector to its end, in columns, homogeneous
+        self._local = np.zeros((len(capsules), 4, 2))
+        self._local[:, :3, 0], self._local[:, :3, 1], self._local[:, 3, 0] = start, end - start, 1.0
 
     def value(self, placed: Placements) -> Array:
         """Return the gaps [m], shape (N, pairs)."""
@@ -230,19 +297,42 @@ class CapsuleGaps(PostureQuantity):
     def derivatives(self, placed: Placements, axes: Array) -> CapsuleGapsDerivatives:
         """Return the derivatives of the gaps."""
         near = self._near(placed)
-        force = distance_force(near).reshape(len(axes), -1, 6)
-        jacobian = self._between * (force @ axes.swapaxes(1, 2))
-        return CapsuleGapsDerivatives(self._gaps(near), jacobian, near, axes, self._between)
-
-    def _near(self, placed: Placements) -> Nearest:
-        rotation, origin = placed.rotation[:, self._carriers], placed.origin[:, self._carriers]
-        ends = self._ends @ rotation.swapaxes(-1, -2) + origin[..., None, :]
-        ends = ends.transpose(2, 3, 0, 1)
-        sides = (ends[..., side].reshape(2, 3, -1) for side in self._sides)
-        return nearest(*(side.transpose(2, 0, 1) for side in sides))
+        return CapsuleGapsDerivatives(self._gaps(near), self, near, placed, axes)
 
     def _gaps(self, near: Nearest) -> Array:
-        return np.asarray(near.distance.reshape(-1, len(self._radii)) - self._radii)
+        return np.asarray((near.distance.reshape(len(self._radii), -1) - self._radii).T)
+
+    def levers(self, placed: Placements) -> Array:
+        """Return how far from each joint a pair's points can be at most [m], shape (pairs, n).
+
+        However the joints stand: the way from joint to joint, and on to the far end of the capsule.
+        That is 0 for joints that are not between the bodies of the pair.
+
+        Args:
+            placed: the bodies, at any posture.
+        """
+        if self._levers is None:
+            self._levers = self._longest(placed.origin[0])
+        return self._levers
+
+    def _longest(self, origin: Array) -> Array:
+        tree = self._tree
+        parents = np.array(tree.parents) + 1
+        spans = np.linalg.norm(origin[1:] - origin[parents], axis=1)
+        depth = np.concatenate([[0.0], tree.moves @ spans])
+        far = depth[self._carriers] + np.linalg.norm(self._ends, axis=2).max(axis=1)
+        first, second = self.sides
+        side = np.where(self.between > 0.0, far[second][:, None], far[first][:, None])
+        return np.asarray(np.abs(self.between) * (side - depth[1:]))
+
+    def _near(self, placed: Placements) -> Nearest:
+        frames = placed.frames.take(self._carriers, axis=0)
+        count = frames.shape[1]
+        ends = (frames.reshape(len(frames), -1, 4) @ self._local).reshape(-1, count, 4, 2)
+        ends = np.ascontiguousarray(ends.transpose(3, 2, 0, 1)[:, :3])  # (2, 3, capsules, N)
+        sides = (ends.take(side, axis=2).reshape(2, 3, -1) for side in self.sides)
+        (start, p), (begin, q) = sides
+        return _nearest(start, p, begin, q, *np.repeat(self._squares, count, axis=1))
 
 
 _TOLD = 3  # pairs that are named, the narrowest first

@@ -30,7 +30,7 @@ from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.reroot import joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import LEVEL
-from gaitopt.nlp import Array
+from gaitopt.nlp import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,26 @@ class PostureQuantityDerivatives(ABC):
 
     value: Array
     jacobian: Array
+
+    def rows(self, instants: Indices, entries: Indices) -> Array:
+        """Return the derivatives of some entries (k,) at instants (k,), shape (k, n)."""
+        return self.jacobian[instants, entries]
+
+    def along(self, step: Array) -> Array:
+        """Return the entries' changes, to first order, along one of q (N, n), (N, entries)."""
+        return np.asarray((self.jacobian @ step[:, :, None])[:, :, 0])
+
+    def most(self, changes: Array) -> Array:
+        """Return a bound of the entries' changes, to first order, shape (N, entries).
+
+        Args:
+            changes: the most that each joint moves by, shape (N, n).
+        """
+        return np.asarray((np.abs(self.jacobian) @ changes[:, :, None])[:, :, 0])
+
+    def vjp(self, weights: Array) -> Array:
+        """Return the gradient in q of sum(weights * value), weights (N, entries), shape (N, n)."""
+        return np.asarray((weights[:, None] @ self.jacobian)[:, 0])
 
     @abstractmethod
     def hessian(self, weights: Array) -> Array:

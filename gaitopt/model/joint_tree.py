@@ -125,8 +125,7 @@ class JointTree:
         Joints of different branches move no body in common; their entries are zero.
         """
         above, below = self._related
-        other = lower if self.serial else np.where(below, lower, 0.0)
-        return np.where(above, upper, other)
+        return np.asarray(upper * above + lower * below)
 
     def symmetric(self, upper: Array) -> Array:
         """Return `joined` with its transpose: a symmetric table (..., n, n)."""
@@ -151,8 +150,8 @@ class JointTree:
         return self._inward[1] - np.eye(self.size)
 
     @cached_property
-    def _related(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        return np.ascontiguousarray(self.moves.T), self.moves
+    def _related(self) -> tuple[Array, Array]:
+        return np.ascontiguousarray(self._inward[1]), np.ascontiguousarray(self._strictly.T)
 
 
 def joint_tree(model: pin.Model, pelvis: int, swing_foot: int) -> JointTree:

@@ -12,7 +12,9 @@ and then violated is added and the program solved again.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +73,7 @@ class LocalModel:
         convex: model in (d, s), see `convexify`.
         jacobian: of the rows.
         row_sizes: 1-norm of each row of the Jacobian, or a bound of it, shape (m,).
+        sizes_of: from numbers of some rows (k,) to closer bounds, shape (k,).
         below, above: limits of the rows less their values, shape (m,).
         bound_below, bound_above: the same for the variables, shape (n,).
         up, down: rows believed active at their upper, lower limit.
@@ -82,6 +85,7 @@ class LocalModel:
     convex: ConvexModel
     jacobian: Slopes
     row_sizes: Array
+    sizes_of: Callable[[Indices], Array]
     below: Array
     above: Array
     bound_below: Array
@@ -135,6 +139,7 @@ def build_model(
         convex=convex,
         jacobian=jacobian,
         row_sizes=point.most_change(scale),
+        sizes_of=partial(point.most_change, scale),
         below=nlp.rows.lower - point.rows,
         above=nlp.rows.upper - point.rows,
         bound_below=(nlp.variables.lower - point.x) / scale,
@@ -257,7 +262,9 @@ def pose_subproblem(model: LocalModel, radius: float, penalty: float, reach: flo
         penalty: nu.
         reach: infinity norm of the longest step to expect.
     """
-    near = REACH * reach * model.row_sizes
+    near, room = REACH * reach * model.row_sizes, np.minimum(model.above, -model.below)
+    rows = np.flatnonzero(room <= near)
+    near[rows] = REACH * reach * model.sizes_of(rows)
     use_above, use_below = model.above <= near, -model.below <= near
     use_above[model.up] = True
     use_below[model.down] = True

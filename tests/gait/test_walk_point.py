@@ -63,11 +63,16 @@ def test_no_row_changes_by_more_than_is_said(point):
     gaps = walk().rows_of("arm gap")
     others = np.delete(np.arange(said.size), np.r_[gaps, walk().rows_of("leg gap")])
     np.testing.assert_allclose(said[others], told.most_change(scale)[others])
+    rows = np.sort(np.random.default_rng(0).choice(said.size, 300, replace=False))
+    closer = point.most_change(scale, rows)
+    assert (closer >= told.most_change(scale, rows) * (1.0 - 1e-12) - 1e-15).all()
+    assert (closer <= said[rows] * (1.0 + 1e-12)).all()
+    assert (closer < 0.9 * said[rows]).any()
 
 
 def test_numbers_that_are_none_are_seen(point):
     assert point.finite
-    point.slopes._parts[-1].local[0, 0, 0] = np.nan
+    point.slopes._parts[-1].angles[0, 0, 0] = np.nan
     assert not point.finite
 
 

@@ -12,10 +12,12 @@ from humanoids import add_arms, edits
 from numerics import check_jacobian, relative_error
 from urdf_edits import edited_urdf, link
 
+from gaitopt.gait.step import ReducedDerivatives
 from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, narrowed_gaps, pair_name
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.model.capsules import arm_bodies, arm_capsule_rows, arm_capsules
+from gaitopt.model.coupling import Coupling
 from gaitopt.model.import_options import (
     ImportOptions,
     Payload,
@@ -127,6 +129,31 @@ def test_gaps_are_coals(rng):
                 assert gap == pytest.approx(coals_gap(robot, angles, pair), abs=1e-6)
 
 
+@pytest.mark.parametrize("tied", [False, True])
+def test_what_is_asked_for_is_part_of_the_whole(rng, tied):
+    robot, n = armed(), armed().tree.size
+    found = derivatives(robot, arm_pairs(robot).kept, postures(robot, rng))
+    if tied:  # the last joint follows the one before, by a curve
+        free, n = np.arange(n - 1), n - 1
+        ties = np.tile([0.0, 1.0, 0.0], (n + 1, 1))
+        ties[-1] = 0.1, 0.5, 0.3
+        coupling = Coupling(robot.tree.names, free, np.append(free, n - 1), ties, np.eye(n + 1))
+        found = ReducedDerivatives(found, coupling.at(rng.normal(size=(COUNT, n))))
+    whole = found.jacobian
+    assert whole.shape[2] == n
+    instants = np.sort(rng.integers(COUNT, size=30))
+    entries = rng.integers(whole.shape[1], size=30)
+    np.testing.assert_allclose(found.rows(instants, entries), whole[instants, entries], atol=1e-14)
+    rates = rng.normal(size=(COUNT, n))
+    moved = np.einsum("npj,nj->np", whole, rates)
+    np.testing.assert_allclose(found.along(rates), moved, atol=1e-13)
+    most = np.einsum("npj,nj->np", np.abs(whole), np.abs(rates))
+    assert (found.most(np.abs(rates)) >= most * (1.0 - 1e-12)).all()
+    weights = rng.normal(size=moved.shape) * (rng.random(moved.shape) < 0.1)
+    gradient = np.einsum("np,npj->nj", weights, whole)
+    np.testing.assert_allclose(found.vjp(weights), gradient, atol=1e-13)
+
+
 def test_slope(rng):
     robot, pairs = armed(), arm_pairs(armed()).kept
     q = postures(robot, rng)
@@ -143,7 +170,7 @@ def test_curvature(rng):
     q, checked = postures(robot, rng), set()
     pairs = [p for p in arm_pairs(robot).kept if p[1].name.endswith(("arm_2", "arm_3"))]
     for pair in pairs:
-        share = derivatives(robot, (pair,), q).near.share
+        share = np.stack(derivatives(robot, (pair,), q).near.share, axis=1)
         inside = (share > 0.0) & (share < 1.0)
         weights = rng.uniform(0.5, 1.5, COUNT)
         weights[(inside & (np.minimum(share, 1.0 - share) < 0.02)).any(axis=1)] = 0.0

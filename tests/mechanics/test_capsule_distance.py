@@ -124,7 +124,7 @@ def test_curvature(robot, pairs, postures, rng):
     checked = 0
     for index in range(len(pairs.kept)):
         pair = pairs.kept[index : index + 1]
-        share = derivatives(robot, pair, postures).near.share
+        share = np.stack(derivatives(robot, pair, postures).near.share, axis=1)
         inside = (share > 0.0) & (share < 1.0)
         near_an_end = inside & (np.minimum(share, 1.0 - share) < 0.02)
         weights = np.where(near_an_end.any(axis=1), 0.0, rng.uniform(0.5, 1.5, COUNT))[:, None]

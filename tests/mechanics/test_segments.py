@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numerics import check_differences, relative_error, steps
 
-from gaitopt.mechanics.capsule_distance import distance_force, distance_hessian, nearest
+from gaitopt.mechanics.capsule_distance import distance_hessian, nearest
 from gaitopt.mechanics.spatial import cross
 
 fast = settings(deadline=None, derandomize=True, max_examples=200)
@@ -26,12 +26,12 @@ def one(first, second):
 def test_no_other_points_are_nearer(first, second):
     """A convex problem: at an end the distance grows inwards, between the ends it is level."""
     near = one(first, second)
-    slopes = near.between[0] @ near.along[0, 0], -near.between[0] @ near.along[0, 1]
-    assert ((near.share >= 0.0) & (near.share <= 1.0)).all()
-    for share, slope in zip(near.share[0], slopes, strict=True):
+    slopes = near.between[0] @ near.along[0][0], -near.between[0] @ near.along[1][0]
+    s, t = (float(share[0]) for share in near.share)
+    assert 0.0 <= min(s, t) <= max(s, t) <= 1.0
+    for share, slope in zip((s, t), slopes, strict=True):
         assert slope > -1e-9 or share == 1.0
         assert slope < 1e-9 or share == 0.0
-    s, t = near.share[0]
     here = (1 - t) * second[0] + t * second[1]
     np.testing.assert_allclose(near.second[0], here, atol=1e-15)
     np.testing.assert_allclose(
@@ -83,9 +83,9 @@ def test_crossing_segments_touch():
     first, second = [[-1.0, 0, 0], [1.0, 0, 0]], [[0.5, -1.0, 0], [0.5, 3.0, 0]]
     near = one(first, second)
     assert near.distance[0] == pytest.approx(0.0, abs=1e-15)
-    np.testing.assert_allclose(near.share[0], [0.75, 0.25])
+    np.testing.assert_allclose(np.ravel(near.share), [0.75, 0.25])
     axes = np.random.default_rng(0).normal(size=(1, 4, 6))
-    assert np.isfinite(distance_force(near)).all()
+    assert np.isfinite(near.force).all()
     assert np.isfinite(distance_hessian(near, axes)).all()
 
 
@@ -124,7 +124,7 @@ def joints(rng):
 @regions
 def test_slope_in_every_region(region, joints):
     second = np.array(REGIONS[region])
-    slope = joints @ distance_force(one(FIRST, second))[0]
+    slope = joints @ one(FIRST, second).force[0]
     found = [
         np.array([
             one(FIRST, turned(joints, second, h * e)).distance[0]
@@ -161,7 +161,7 @@ def test_curvature_in_every_region(region, joints):
 def test_parallel_segments_that_move_apart():
     """All their points are nearest; a translation has a slope all the same."""
     second, away = np.array([[-0.7, 0.3, 0.2], [0.9, 0.3, 0.2]]), np.array([0.3, -0.2, 0.7])
-    force = distance_force(one(FIRST, second))[0]
+    force = one(FIRST, second).force[0]
     found = [
         (one(FIRST, second + h * away).distance - one(FIRST, second - h * away).distance)
         / (2.0 * h)
