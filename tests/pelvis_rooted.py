@@ -6,7 +6,7 @@ import pinocchio as pin
 from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
-from gaitopt.model.reroot import lock_upper_body, reroot
+from gaitopt.model.joint_tree import lock_upper_body, reroot
 
 
 class PelvisRooted:

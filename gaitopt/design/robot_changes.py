@@ -17,8 +17,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import brace, shared_name
 from gaitopt.gait.model_gradient import OfRobot
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
-from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.reroot import joint_axes
+from gaitopt.model.joint_tree import FIRST, joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 

@@ -22,7 +22,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
-from gaitopt.importers.ties import DEGREE
+from gaitopt.importers.physics import DEGREE
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__

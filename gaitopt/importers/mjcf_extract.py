@@ -36,9 +36,9 @@ from gaitopt.importers.mjcf_robot import (
     se3,
     vector,
 )
+from gaitopt.importers.physics import Tie, fault_of_tie, resolved
 from gaitopt.importers.pinocchio_model import MOST_JOINTS
 from gaitopt.importers.report import Finding, How, listed
-from gaitopt.importers.ties import Tie, fault_of_tie, resolved
 from gaitopt.importers.xml_document import FileProblem, XmlTree
 from gaitopt.units import motion_words
 

@@ -21,12 +21,6 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import LoadMesh, MeshPaths, MeshProblem
 from gaitopt.importers.mjcf_compile import compile_mjcf, mesh_by_mujoco, whole_mjcf
 from gaitopt.importers.mjcf_extract import extract
-from gaitopt.importers.mjcf_normal_form import (
-    NotNormalError,
-    is_normal,
-    normal_text,
-    read_normal,
-)
 from gaitopt.importers.mjcf_robot import (
     NO_TURN,
     CompiledBody,
@@ -34,6 +28,10 @@ from gaitopt.importers.mjcf_robot import (
     CompiledJoint,
     CompiledMesh,
     CompiledRobot,
+    NotNormalError,
+    is_normal,
+    normal_text,
+    read_normal,
     se3,
 )
 from gaitopt.importers.physics import (
@@ -42,11 +40,12 @@ from gaitopt.importers.physics import (
     PassiveJoint,
     Physics,
     PointMass,
+    Tie,
+    resolved,
 )
 from gaitopt.importers.pinocchio_model import joint_model, rigid_body
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, load_mesh, mesh_paths
-from gaitopt.importers.ties import Tie, resolved
 from gaitopt.importers.xml_document import XmlTree
 from gaitopt.nlp import Array
 

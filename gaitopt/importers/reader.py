@@ -1,4 +1,4 @@
-"""Reading a robot: a URDF here, an MJCF file in `mjcf_source`."""
+"""Reading a robot: a URDF here, an MJCF file in `mjcf_model`."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import LoadMesh, MeshProblem
-from gaitopt.importers.physics import PassiveJoint, Physics
+from gaitopt.importers.physics import PassiveJoint, Physics, Tie
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, load_mesh
 from gaitopt.importers.text_files import read_text
-from gaitopt.importers.ties import Tie
 from gaitopt.importers.urdf_check import CheckedUrdf, check_urdf, urdf_findings
 from gaitopt.importers.urdf_model import (
     Kind,

@@ -25,10 +25,9 @@ from gaitopt.importers.meshes import (
     put_upright,
     y_up,
 )
-from gaitopt.importers.physics import LoopFrames, Physics
+from gaitopt.importers.physics import LoopFrames, Physics, Tie
 from gaitopt.importers.pinocchio_model import mark_joint_frames
 from gaitopt.importers.report import Finding
-from gaitopt.importers.ties import Tie
 from gaitopt.importers.xml_document import FileProblem, XmlTree
 from gaitopt.nlp import Array
 
@@ -41,7 +40,7 @@ class Source(ABC):
 
     Attributes:
         text: of the description, which `read_source` reads again as it is, though not its meshes;
-            of an MJCF file its normal form (see `mjcf_normal_form`).
+            of an MJCF file its normal form (see `mjcf_robot`).
         path: of the file, None for text.
         package_dirs: directories that hold packages with meshes.
         problems: what is suspicious but did not stop reading.

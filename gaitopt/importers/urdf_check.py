@@ -16,9 +16,9 @@ import numpy as np
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
+from gaitopt.importers.physics import Tie, fault_of_tie, resolved
 from gaitopt.importers.pinocchio_model import MOST_JOINTS, inertia_fault
 from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
-from gaitopt.importers.ties import Tie, fault_of_tie, resolved
 from gaitopt.importers.urdf_document import (
     FREE_TYPES,
     LIMITED_TYPES,

@@ -26,8 +26,7 @@ import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.spatial import pseudo_inertia, skew, symmetric, upright, world_inertias
-from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.reroot import joint_axes
+from gaitopt.model.joint_tree import FIRST, joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import LEVEL
 from gaitopt.nlp import Array, Indices

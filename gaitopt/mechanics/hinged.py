@@ -16,8 +16,7 @@ import pinocchio as pin
 
 from gaitopt.contact import ContactMode
 from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
-from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.reroot import joint_axes
+from gaitopt.model.joint_tree import FIRST, joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 

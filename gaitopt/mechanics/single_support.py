@@ -31,8 +31,7 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
 from gaitopt.mechanics.spatial import apply, cross_force, cross_motion, skew
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.coupling import CoupledMotion
-from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.reroot import joint_axes
+from gaitopt.model.joint_tree import JointTree, joint_axes
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 

@@ -14,7 +14,15 @@ from gaitopt.importers.pinocchio_model import refuse_unsound
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
 from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings
-from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree
+from gaitopt.model.joint_tree import (
+    FIRST,
+    PELVIS_FRAME,
+    JointTree,
+    joint_tree,
+    lock_upper_body,
+    reroot,
+    reversed_joints,
+)
 from gaitopt.model.legs.leg_geometry import (
     ChainLines,
     centre,
@@ -24,7 +32,6 @@ from gaitopt.model.legs.leg_geometry import (
     leg_rows,
 )
 from gaitopt.model.physics_report import physics_findings
-from gaitopt.model.reroot import PELVIS_FRAME, lock_upper_body, reroot, reversed_joints
 from gaitopt.model.sole import Sole
 from gaitopt.model.symmetry import (
     Sides,

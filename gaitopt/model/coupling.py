@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.ties import LEAST, Tie
+from gaitopt.importers.physics import LEAST, Tie
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.nlp import Array
 

@@ -15,10 +15,9 @@ import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import LOOPS, TIES, LoopFrames, Physics, is_generated
+from gaitopt.importers.physics import LOOPS, TIES, LoopFrames, Physics, Tie, among, is_generated
 from gaitopt.importers.report import Finding, How, fault_error, faults_of
 from gaitopt.importers.source import Source
-from gaitopt.importers.ties import Tie, among
 from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.coupling import couple

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from gaitopt.bounds import NUMBER
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
+from gaitopt.importers.physics import DEGREE, LARGEST, LEAST
 from gaitopt.importers.pinocchio_model import joint_coordinate, joint_motions, reduced, rigid_body
-from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
 from gaitopt.model.chain import RootedChain
 from gaitopt.model.chain_physics import CarriedWeight
 from gaitopt.model.coupling import Coupling

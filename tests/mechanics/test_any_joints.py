@@ -16,8 +16,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import SingleSupport
-from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.reroot import lock_upper_body
+from gaitopt.model.joint_tree import JointTree, lock_upper_body
 from gaitopt.model.robot import Robot
 from gaitopt.model.symmetry import exchange_error
 

@@ -7,7 +7,7 @@ from numerics import relative_error
 from pelvis_rooted import PelvisRooted
 from urdf_edits import add_arm, edited_urdf
 
-from gaitopt.model.reroot import lock_upper_body, reroot
+from gaitopt.model.joint_tree import lock_upper_body, reroot
 from gaitopt.model.robot import Robot
 from gaitopt.model.symmetry import mirror_placement
 

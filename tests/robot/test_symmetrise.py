@@ -16,7 +16,7 @@ from gaitopt.importers.reader import read_source
 from gaitopt.model.chain import RootedChain, build_chain
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.importer import ImportedRobot, import_robot
-from gaitopt.model.reroot import lock_upper_body, reroot
+from gaitopt.model.joint_tree import lock_upper_body, reroot
 from gaitopt.model.robot import Robot
 from gaitopt.model.symmetry import exchange_error, mirrored
 

@@ -12,8 +12,8 @@ from tied_bipeds import bent, equality, mimic, nao_like, plain_mjcf, read, tied
 from urdf_edits import edited_urdf, joint, link, set_limit
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.physics import Tie, resolved, tied_to
 from gaitopt.importers.reader import read_source
-from gaitopt.importers.ties import Tie, resolved, tied_to
 from gaitopt.model.coupling import couple
 from gaitopt.model.import_options import SIDES, ImportOptions, Payload
 from gaitopt.model.legs.joint_limits import JointLimits

@@ -10,10 +10,10 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError, did_you_mean
+from gaitopt.importers.physics import Tie
 from gaitopt.importers.pinocchio_model import joint_coordinate
 from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.text_files import read_text
-from gaitopt.importers.ties import Tie
 from gaitopt.model.import_options import UNUSED_SRDF, ImportOptions
 from gaitopt.model.legs.overrides import override
 from gaitopt.nlp import Array

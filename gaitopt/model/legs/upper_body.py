@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError, did_you_mean
-from gaitopt.importers.ties import Tie, tied_to
+from gaitopt.importers.physics import Tie, tied_to
 from gaitopt.model.import_options import matching
 from gaitopt.model.legs.kinematic_tree import (
     LOOP,
