@@ -367,7 +367,8 @@ def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[Series, Series]
     squared = point[0] * point[0] + point[1] * point[1] + point[2] * point[2]
     C = (squared + float(radius**2 - length**2)) * 0.5
     size = A * A + B * B
-    cosine = C * _inverse_root(size)
+    r = size.value
+    cosine = C * size.through(r**-0.5, -0.5 * r**-1.5, 0.75 * r**-2.5, -1.875 * r**-3.5)
     x = cosine.value
     near = np.clip(x, -DEAD, DEAD)
     s, inside = 1.0 - near**2, np.where(np.abs(x) < DEAD, 1.0, 0.0)
@@ -389,13 +390,6 @@ def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[Series, Series]
     theta = turned + bent * (-1.0 if away > 0.0 else 1.0)
     theta.terms[0] = np.remainder(theta.value + np.pi, 2.0 * np.pi) - np.pi
     return theta, cosine
-
-
-def _inverse_root(series: Series) -> Series:
-    x = series.value
-    return series.through(
-        x**-0.5, -0.5 * x**-1.5, 0.75 * x**-2.5, -1.875 * x**-3.5
-    )  # fmt: skip
 
 
 def _rod_end(rod: Rod, joints: JointPair, q: Array) -> list[Series]:

@@ -200,21 +200,20 @@ def joint_motors_of(rows: object) -> tuple[JointMotor, ...]:
     Raises:
         SpecError: a row is none, or a number of it is out of range.
     """
+    names, found = JointMotor._fields, []
     if not isinstance(rows, list | tuple):
-        raise SpecError(f"motors must be rows of {', '.join(JointMotor._fields)}")
-    return tuple(map(_joint_motor, rows))
-
-
-def _joint_motor(row: object) -> JointMotor:
-    names = JointMotor._fields
-    if not isinstance(row, list | tuple) or len(row) != len(names) or not isinstance(row[0], str):
-        raise SpecError(f"a motor at a joint must be a row of {', '.join(names)}")
-    where = f"motor at '{row[0][:40]}'"
-    for name, value in zip(names[1:], row[1:], strict=True):
-        _check_number(where, name, value, "", zero=name == "friction")
-        if not (value == 0.0 or 1.0 / NUMBER <= value <= NUMBER):
-            raise SpecError(f"{where}: the {name.replace('_', ' ')} is {value:g}, no SI value")
-    return JointMotor(*row)
+        raise SpecError(f"motors must be rows of {', '.join(names)}")
+    for row in rows:
+        whole = isinstance(row, list | tuple) and len(row) == len(names)
+        if not whole or not isinstance(row[0], str):
+            raise SpecError(f"a motor at a joint must be a row of {', '.join(names)}")
+        where = f"motor at '{row[0][:40]}'"
+        for name, value in zip(names[1:], row[1:], strict=True):
+            _check_number(where, name, value, "", zero=name == "friction")
+            if not (value == 0.0 or 1.0 / NUMBER <= value <= NUMBER):
+                raise SpecError(f"{where}: the {name.replace('_', ' ')} is {value:g}, no SI value")
+        found.append(JointMotor(*row))
+    return tuple(found)
 
 
 @dataclass(frozen=True)

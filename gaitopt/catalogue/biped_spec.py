@@ -256,7 +256,11 @@ class BipedSpec:
                 "letters, digits and the signs _ . -"
             )
         geometry = _checked(self.geometry, Geometry, "geometry")
-        _check_ankle(geometry)
+        if not -geometry.foot_length <= geometry.l1 <= 0.0:
+            raise SpecError(
+                f"geometry.l1 = {geometry.l1:g} m puts the ankle off the sole; allowed: "
+                f"{-geometry.foot_length:g} m (heel, minus geometry.foot_length) to 0 m (toe edge)"
+            )
         joints = _checked(self.joints, Joints, "joints")
         for name, limits in joints.named():
             if limits.lower >= limits.upper:
@@ -284,14 +288,6 @@ class BipedSpec:
         """Height of the torso's top above the ground with straight legs [m]."""
         torso = self.links.torso
         return self.geometry.hip_height + torso.com[2] + torso.size[2] / 2.0
-
-
-def _check_ankle(geometry: Geometry) -> None:
-    if not -geometry.foot_length <= geometry.l1 <= 0.0:
-        raise SpecError(
-            f"geometry.l1 = {geometry.l1:g} m puts the ankle off the sole; allowed: "
-            f"{-geometry.foot_length:g} m (heel, minus geometry.foot_length) to 0 m (toe edge)"
-        )
 
 
 def _checked(part: Part, expected: type[Part], path: str) -> Part:

@@ -98,91 +98,6 @@ def _frame_name(robot: CompiledRobot, site: str) -> str:
     return site + _SITE_MARK if site in taken else site
 
 
-def loop_frames(robot: CompiledRobot) -> tuple[LoopFrames, ...]:
-    """Return the loops of bodies, in frames of the model of `build_mjcf_model`."""
-    return tuple(
-        LoopFrames(
-            _frame_name(robot, loop.site1), _frame_name(robot, loop.site2), loop.kind == "weld"
-        )
-        for loop in robot.loops
-    )
-
-
-def build_physics(robot: CompiledRobot) -> Physics:
-    """Return the passive joints of a robot, its gravity and the weight carried from outside."""
-    joints = {
-        joint.name: PassiveJoint(joint.damping, joint.friction, joint.stiffness, joint.rest)
-        for joint in robot.joints
-    }
-    x, y, z = se3(robot.bodies[0].place).rotation.T @ np.array(robot.gravity)
-    own = robot.gravity != (0.0, 0.0, -STANDARD_GRAVITY)
-    return Physics(
-        joints={name: joint for name, joint in joints.items() if not joint.idle},
-        gravity=(float(x), float(y), float(z)) if own else None,
-        compensated={
-            body.name: PointMass(body.gravcomp * body.mass, body.centre.pos)
-            for body in robot.bodies
-            if body.gravcomp and body.mass
-        },
-    )
-
-
-def build_mjcf_geometry(
-    robot: CompiledRobot,
-    model: pin.Model,
-    kind: pin.GeometryType,
-    paths: MeshPaths,
-    load: LoadMesh,
-    links: Collection[str] | None = None,
-) -> pin.GeometryModel | None:
-    """Return the shapes of a robot without the meshes that are missing, None if there are none.
-
-    Args:
-        kind: what MuJoCo shows (VISUAL), or what can touch (COLLISION).
-        links: names of the bodies whose shapes are wanted; None for all.
-
-    Raises:
-        RobotError: a mesh file is there, but cannot be read.
-    """
-    shapes = pin.GeometryModel()
-    meshes = {mesh.name: mesh for mesh in robot.meshes}
-    visual = kind == pin.GeometryType.VISUAL
-    for body in robot.bodies:
-        if links is not None and body.name not in links:
-            continue
-        frame = model.frames[model.getFrameId(body.name, pin.FrameType.BODY)]
-        for number, geom in enumerate(body.geoms):
-            if not (geom.drawn if visual else geom.touches):
-                continue
-            name = f"{body.name}_{number}"
-            at = frame.placement * se3(geom.place)
-            if geom.mesh:
-                item = _mesh_item(name, meshes[geom.mesh], paths, load)
-                if item is None:
-                    continue
-                item.placement = at * item.placement
-            else:
-                item = pin.GeometryObject(name, 0, at, _shape(geom))
-            item.parentJoint = frame.parentJoint
-            item.parentFrame = model.getFrameId(body.name, pin.FrameType.BODY)
-            item.meshColor = np.array(geom.rgba)
-            shapes.addGeometryObject(item)
-    return shapes if shapes.ngeoms else None
-
-
-def missing_meshes(robot: CompiledRobot, paths: MeshPaths) -> list[MeshProblem]:
-    """Return the meshes that cannot be used, once for every shape that is drawn or can touch."""
-    reasons = {m.name: (m.file, paths.problem(m.file)) for m in robot.meshes if m.file}
-    problems = []
-    for body in robot.bodies:
-        for geom in body.geoms:
-            file, reason = reasons.get(geom.mesh, ("", ""))
-            if reason and (geom.drawn or geom.touches):
-                kind = "visual" if geom.drawn else "collision"
-                problems.append(MeshProblem(body.name, kind, file, reason))
-    return problems
-
-
 def _add_joint(
     model: pin.Model, parent: int, place: pin.SE3, own: CompiledJoint
 ) -> tuple[int, pin.SE3]:
@@ -233,9 +148,7 @@ def _shape(geom: CompiledGeom) -> coal.CollisionGeometry:
     }[geom.kind]()
 
 
-def _mesh_item(
-    name: str, mesh: CompiledMesh, paths: MeshPaths, load: LoadMesh
-) -> pin.GeometryObject | None:
+def _mesh_item(name: str, mesh: CompiledMesh, paths: MeshPaths) -> pin.GeometryObject | None:
     """Return the shape of a mesh in its own frame, None if its file is missing."""
     none = pin.SE3.Identity()
     if not mesh.file:
@@ -247,25 +160,25 @@ def _mesh_item(
     scale, ref = np.array(mesh.scale), se3(mesh.ref)
     if mesh.ref.quat == NO_TURN or (scale == scale[0]).all():
         moved = pin.SE3(ref.rotation, scale * ref.translation).inverse()
-        shape = _loaded(load, path, scale)
+        shape = _loaded(path, scale)
         if shape is not None:
             return pin.GeometryObject(name, 0, moved, shape, str(path), scale)
     # Turned before it is stretched, as no placement can be.
-    points, triangles = _corners(load, path)
+    points, triangles = _corners(path)
     points = (points - ref.translation) @ ref.rotation * scale
     return pin.GeometryObject(name, 0, none, _triangles(points, triangles))
 
 
-def _loaded(load: LoadMesh, path: Path, scale: Array) -> coal.BVHModelBase | None:
+def _loaded(path: Path, scale: Array) -> coal.BVHModelBase | None:
     try:
-        return load(str(path), scale)
+        return load_mesh(str(path), scale)
     except (ValueError, RuntimeError):
         return None
 
 
-def _corners(load: LoadMesh, path: Path) -> tuple[Array, Array]:
+def _corners(path: Path) -> tuple[Array, Array]:
     """Return corners (n, 3) and triangles (m, 3) of a mesh file."""
-    if (shape := _loaded(load, path, np.ones(3))) is not None:
+    if (shape := _loaded(path, np.ones(3))) is not None:
         faces = [shape.tri_indices(k) for k in range(shape.num_tris)]
         return np.array(shape.vertices()), np.array([[f[0], f[1], f[2]] for f in faces])
     if (read := mesh_by_mujoco(path)) is None:
@@ -303,7 +216,22 @@ class MjcfSource(Source):
 
     @cached_property
     def physics(self) -> Physics:
-        return build_physics(self.compiled)
+        robot = self.compiled
+        joints = (
+            (joint.name, PassiveJoint(joint.damping, joint.friction, joint.stiffness, joint.rest))
+            for joint in robot.joints
+        )
+        x, y, z = se3(robot.bodies[0].place).rotation.T @ np.array(robot.gravity)
+        own = robot.gravity != (0.0, 0.0, -STANDARD_GRAVITY)
+        return Physics(
+            joints={name: joint for name, joint in joints if not joint.idle},
+            gravity=(float(x), float(y), float(z)) if own else None,
+            compensated={
+                body.name: PointMass(body.gravcomp * body.mass, body.centre.pos)
+                for body in robot.bodies
+                if body.gravcomp and body.mass
+            },
+        )
 
     @property
     def drawn_posture(self) -> Mapping[str, float]:
@@ -315,14 +243,29 @@ class MjcfSource(Source):
 
     @property
     def loops(self) -> tuple[LoopFrames, ...]:
-        return loop_frames(self.compiled)
+        robot = self.compiled
+        return tuple(
+            LoopFrames(
+                _frame_name(robot, one.site1), _frame_name(robot, one.site2), one.kind == "weld"
+            )
+            for one in robot.loops
+        )
 
     @property
     def loop_motors(self) -> tuple[str, ...]:
         return self.compiled.motors
 
     def mesh_problems(self) -> list[MeshProblem]:
-        return missing_meshes(self.compiled, self._paths)
+        """Return the meshes at fault, once for every shape that is drawn or can touch."""
+        meshes, problems = self.compiled.meshes, list[MeshProblem]()
+        reasons = {m.name: (m.file, self._paths.problem(m.file)) for m in meshes if m.file}
+        for body in self.compiled.bodies:
+            for geom in body.geoms:
+                file, reason = reasons.get(geom.mesh, ("", ""))
+                if reason and (geom.drawn or geom.touches):
+                    kind = "visual" if geom.drawn else "collision"
+                    problems.append(MeshProblem(body.name, kind, file, reason))
+        return problems
 
     def findings(self) -> tuple[Finding, ...]:
         return self.notes
@@ -340,8 +283,29 @@ class MjcfSource(Source):
         self, kind: pin.GeometryType, links: Collection[str] | None, load: LoadMesh
     ) -> pin.GeometryModel | None:
         del load  # only those of a URDF may be unreadable
-        whole = self._whole
-        return build_mjcf_geometry(self.compiled, whole, kind, self._paths, load_mesh, links)
+        shapes, model, paths = pin.GeometryModel(), self._whole, self._paths
+        meshes = {mesh.name: mesh for mesh in self.compiled.meshes}
+        visual = kind == pin.GeometryType.VISUAL
+        for body in self.compiled.bodies:
+            if links is not None and body.name not in links:
+                continue
+            own = model.getFrameId(body.name, pin.FrameType.BODY)
+            frame = model.frames[own]
+            for number, geom in enumerate(body.geoms):
+                if not (geom.drawn if visual else geom.touches):
+                    continue
+                name, at = f"{body.name}_{number}", frame.placement * se3(geom.place)
+                if geom.mesh:
+                    item = _mesh_item(name, meshes[geom.mesh], paths)
+                    if item is None:
+                        continue
+                    item.placement = at * item.placement
+                else:
+                    item = pin.GeometryObject(name, 0, at, _shape(geom))
+                item.parentJoint, item.parentFrame = frame.parentJoint, own
+                item.meshColor = np.array(geom.rgba)
+                shapes.addGeometryObject(item)
+        return shapes if shapes.ngeoms else None
 
     def _mesh_files(self) -> list[str]:
         return [mesh.file for mesh in self.compiled.meshes if mesh.file]

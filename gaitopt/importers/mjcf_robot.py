@@ -417,7 +417,7 @@ _TIE = (
 )
 _LOOP = (_Attribute("site1", "site1", str, str), _Attribute("site2", "site2", str, str))
 _LOOPS = ("connect", "weld")
-_COEFFICIENTS = (2, 5)
+_LEAST_TIE, _MOST_TIE = 2, 5  # coefficients
 _MESH_FILE = (
     _NAME,
     _Attribute("file", "file", str, str),
@@ -546,7 +546,9 @@ def read_normal(root: Element) -> CompiledRobot:
                 for m in meshes
             ),
         )
-        ties = tuple(_read_tie(tie) for tie in root.findall("equality/joint"))
+        ties = [_read(tie, _TIE) for tie in root.findall("equality/joint")]
+        if not all(_LEAST_TIE <= len(tie["coefficients"]) <= _MOST_TIE for tie in ties):
+            raise NotNormalError("polycoef")
         loops = tuple(
             CompiledLoop(element.tag, **_read(element, _LOOP))
             for element in root.findall("equality/*")
@@ -557,7 +559,8 @@ def read_normal(root: Element) -> CompiledRobot:
         frames = tuple((key.attrib["name"], _angles(robot, key)) for key in keys)
     except (KeyError, ValueError, TypeError) as error:
         raise NotNormalError(str(error)) from None
-    robot = replace(robot, keyframes=frames, ties=ties, loops=loops, motors=motors)
+    follow = tuple(Tie.of(**tie) for tie in ties)
+    robot = replace(robot, keyframes=frames, ties=follow, loops=loops, motors=motors)
     _check_whole(robot)
     return robot
 
@@ -596,13 +599,6 @@ def _ties_hold(robot: CompiledRobot) -> bool:
     ties = {tie.joint: tie for tie in robot.ties}
     alone = len(ties) == len(robot.ties) and {*ties} <= {*hinges}
     return alone and not (any(fault_of_tie(t, hinges) for t in ties.values()) or resolved(ties)[1])
-
-
-def _read_tie(element: Element) -> Tie:
-    found = _read(element, _TIE)
-    if not _COEFFICIENTS[0] <= len(found["coefficients"]) <= _COEFFICIENTS[1]:
-        raise NotNormalError("polycoef")
-    return Tie.of(**found)
 
 
 def _write_body(parent: Element, body: CompiledBody) -> Element:

@@ -34,6 +34,7 @@ from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadabl
 from gaitopt.importers.pinocchio_model import joint_model, rigid_body, sound_inertia
 from gaitopt.importers.report import listed
 from gaitopt.importers.urdf_document import (
+    FREE_TYPES,
     Description,
     Inertial,
     Joint,
@@ -120,22 +121,17 @@ def _add_joint(model: pin.Model, joint: Joint, parent: int) -> int:
         name = joint.name + (_TAKEN_MARK if joint.name in (WORLD, ROOT_JOINT) else "")
         frame = pin.Frame(name, at.parentJoint, parent, place, kind)
         return int(model.addFrame(frame, False))
-    moving = _joint_model(joint)
+    if joint.kind in FREE_TYPES:
+        moving = pin.JointModelFreeFlyer() if joint.kind == "floating" else pin.JointModelPlanar()
+    else:
+        moving = joint_model(np.array(joint.axis), joint.kind == "prismatic")
     new = model.addJoint(at.parentJoint, moving, place, joint.name, *_bounds(joint))
     return int(model.addJointFrame(new, parent))
 
 
-def _joint_model(joint: Joint) -> pin.JointModel:
-    if joint.kind == "floating":
-        return pin.JointModelFreeFlyer()
-    if joint.kind == "planar":
-        return pin.JointModelPlanar()
-    return joint_model(np.array(joint.axis), joint.kind == "prismatic")
-
-
 def _bounds(joint: Joint) -> tuple[Array, ...]:
     """Limits in the order of `pin.Model.addJoint`: effort, rate, range, friction, damping."""
-    if joint.kind in ("floating", "planar"):
+    if joint.kind in FREE_TYPES:
         return ()
     effort, velocity = (np.array([value]) for value in joint.strength)
     lower, upper = (np.array([value]) for value in joint.range)

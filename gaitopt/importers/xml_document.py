@@ -68,19 +68,16 @@ def parse_xml(text: str, name: str = "the file") -> XmlTree:
     try:
         return _parse(text)
     except expat.ExpatError as error:
+        # As many lines, the declaration first and no dashes in comments.
+        mended = _LATE_DECLARATION.sub(lambda found: "\n" * found[0].count("\n"), text)
+        mended = _COMMENT.sub(lambda found: f"<!--{found[1].replace('-', ' ')}-->", mended)
         try:
-            return _parse(_well_formed(text))
+            return _parse(mended)
         except expat.ExpatError:
             raise RobotError(
                 f"{name} is not well-formed XML: line {error.lineno}, column {error.offset + 1}: "
                 f"{expat.ErrorString(error.code)}; correct that line"
             ) from None
-
-
-def _well_formed(text: str) -> str:
-    """Return a text of as many lines, its declaration first and no dashes in its comments."""
-    declared = _LATE_DECLARATION.sub(lambda found: "\n" * found[0].count("\n"), text)
-    return _COMMENT.sub(lambda found: f"<!--{found[1].replace('-', ' ')}-->", declared)
 
 
 def _parse(text: str) -> XmlTree:

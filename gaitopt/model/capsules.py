@@ -67,6 +67,16 @@ class Capsule:
         """Both ends of the segment [m], shape (2, 3)."""
         return np.array([self.start, self.end])
 
+    @property
+    def row(self) -> CapsuleRow:
+        """It as `ImportOptions` keeps it."""
+        return (self.body, self.name, *self.start, *self.end, self.radius, self.source)
+
+    @classmethod
+    def of_row(cls, row: CapsuleRow) -> Capsule:
+        """Return that of a row."""
+        return cls(row[0], row[1], row[2:5], row[5:8], row[8], row[9])
+
 
 @dataclass(frozen=True)
 class CapsuleKey:
@@ -112,23 +122,13 @@ def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
         RobotError: a mesh file of a leg is there but cannot be read.
     """
     if robot.choices.capsules is not None:
-        return capsules_of_rows(robot.choices.capsules)
+        return tuple(map(Capsule.of_row, robot.choices.capsules))
     return _capsules(CapsuleKey.of(robot))
 
 
 def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
     """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
-    return rows_of_capsules(leg_capsules(robot))
-
-
-def rows_of_capsules(capsules: Iterable[Capsule]) -> tuple[CapsuleRow, ...]:
-    """Return capsules as rows of plain values."""
-    return tuple((c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in capsules)
-
-
-def capsules_of_rows(rows: Iterable[CapsuleRow]) -> tuple[Capsule, ...]:
-    """Return capsules from such rows."""
-    return tuple(Capsule(row[0], row[1], row[2:5], row[5:8], row[8], row[9]) for row in rows)
+    return tuple(capsule.row for capsule in leg_capsules(robot))
 
 
 @lru_cache(maxsize=16)
@@ -396,13 +396,13 @@ def arm_capsules(robot: Robot) -> tuple[Capsule, ...]:
         RobotError: a mesh file of such a body is there but cannot be read.
     """
     if robot.choices.arm_capsules is not None:
-        return capsules_of_rows(robot.choices.arm_capsules)
+        return tuple(map(Capsule.of_row, robot.choices.arm_capsules))
     return _arm_capsules(CapsuleKey.of(robot)) if arm_bodies(robot) else ()
 
 
 def arm_capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
     """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
-    return rows_of_capsules(arm_capsules(robot))
+    return tuple(capsule.row for capsule in arm_capsules(robot))
 
 
 @lru_cache(maxsize=16)

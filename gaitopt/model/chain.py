@@ -104,7 +104,8 @@ def build_chain(reading: ImportedRobot) -> RootedChain:
         refuse_unsound(reduced, reading.problems)
     except RobotError as error:
         faults += faults_of(error)
-        _forget_inertias(reduced)
+        for joint in range(1, reduced.njoints):  # so that the joints can still be compared
+            reduced.inertias[joint] = pin.Inertia.FromSphere(1.0, 0.1)
     done = symmetrise(reduced, *_sides(reading, reduced))
     faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
     model = reroot(done.model, *reading.sole_names)
@@ -158,12 +159,6 @@ def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:
             "--without gravity-compensation (in Python and in the file for --choices "
             'without = ["gravity-compensation"])'
         )
-
-
-def _forget_inertias(model: pin.Model) -> None:
-    """Put equal balls in the place of all bodies, so that the joints can still be compared."""
-    for joint in range(1, model.njoints):
-        model.inertias[joint] = pin.Inertia.FromSphere(1.0, 0.1)
 
 
 def _sides(reading: ImportedRobot, reduced: pin.Model) -> tuple[Sides, float]:

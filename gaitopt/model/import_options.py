@@ -434,15 +434,12 @@ def _capsule(row: object) -> tuple[object, ...]:
     return (values[0], str(values[1]), *numbers, str(values[9]))
 
 
-def _is_pair(value: object) -> bool:
-    return isinstance(value, (tuple, list)) and len(value) == 2
-
-
 def _posture(value: object) -> ReferencePosture:
     if isinstance(value, str):
         return value
     given = value.items() if isinstance(value, Mapping) else value
-    pairs = [p for p in given if _is_pair(p)] if isinstance(given, Iterable) else []
+    entries = list(given) if isinstance(given, Iterable) else []
+    pairs = [p for p in entries if isinstance(p, (tuple, list)) and len(p) == 2]
     if not isinstance(given, Sized) or len(pairs) != len(given):
         raise RobotError(
             "posture must be the name of a pose in the SRDF, or a table of angles [rad] by joint "

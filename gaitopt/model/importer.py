@@ -281,7 +281,8 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     ankle = stance.height(soles.placements)
     soles, shod = change_feet(straight, pair.legs, moving, soles, ankle, choices.proportions)
     if soles.added:
-        _add_frames(model, pair.legs, soles)
+        for leg, name, place in zip(pair.legs, soles.names, soles.placements, strict=True):
+            model.addFrame(pin.Frame(name, leg[-1], place, pin.FrameType.OP_FRAME), False)
     # after the proportions: a load does not grow with the link that carries it
     payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     resolved = replace(
@@ -475,11 +476,6 @@ def _drawn_unequally(
         if row < partners[row]
         if abs(images[row] - angles[row]) > _SAME_REF
     )
-
-
-def _add_frames(model: pin.Model, legs: LegJoints, soles: Soles) -> None:
-    for leg, name, placement in zip(legs, soles.names, soles.placements, strict=True):
-        model.addFrame(pin.Frame(name, leg[-1], placement, pin.FrameType.OP_FRAME), False)
 
 
 def _resolved(

@@ -482,9 +482,9 @@ class _Mechanism:
             return
         shares = np.arange(0.95, 0.0, -0.05)
         low, high = np.array(closure.lower), np.array(closure.upper)
-        narrow = next(
-            (s for s in shares if not first_fault(_narrowed(closure, s * low, s * high))), None
-        )
+        within = (closure._replace(lower=tuple(s * low), upper=tuple(s * high)) for s in shares)
+        tried = zip(shares, within, strict=True)
+        narrow = next((s for s, one in tried if not first_fault(one)), None)
         names = self.names(self.joints)
         at = ", ".join(f"'{n}' at {a:.3g} rad" for n, a in zip(names, fault, strict=True))
         instead = ""
@@ -594,11 +594,6 @@ class _Mechanism:
             Finding("loops", subject, counts),
             Finding("loops", subject, still, "changed"),
         ]
-
-
-def _narrowed(closure: LoopClosure, low: Array, high: Array) -> LoopClosure:
-    lower, upper = (tuple(map(float, ends)) for ends in (low, high))
-    return closure._replace(lower=lower, upper=upper)
 
 
 def _point(values: Array) -> Point:

@@ -135,6 +135,7 @@ class Robot:
         )
         moved = (*reading.legs, *reading.others)
         stands = posture_doubts(reading.model, reading.q, moved, reading.choices)
+        odd = (Finding("file", f"line {p.line}", p.text, "warning") for p in reading.problems)
         return cls(
             name=chain.model.name,
             urdf=source.text,
@@ -149,7 +150,7 @@ class Robot:
             pelvis=chain.pelvis,
             physics=chain.physics,
             choices=reading.choices.over(package_dirs=source.mesh_directories()),
-            findings=(*reading.findings, *chain.findings, *stands, *doubts, *_odd(reading)),
+            findings=(*reading.findings, *chain.findings, *stands, *doubts, *odd),
             multibody=multibody(
                 reading.model, reading.q, chain, coupling, reading.sole_names, reading.soles.sole
             ),
@@ -228,14 +229,6 @@ def _on_ground(robot: Robot, down: tuple[float, float, float]) -> Robot:
         multibody=replace(robot.multibody, gravity=gravity),
         down=down,
     )
-
-
-def _odd(reading: ImportedRobot) -> list[Finding]:
-    """Return what is odd in the file as findings."""
-    return [
-        Finding("file", f"line {problem.line}", problem.text, "warning")
-        for problem in reading.problems
-    ]
 
 
 _ROBOTS = 8  # in as many threads, of which things are kept

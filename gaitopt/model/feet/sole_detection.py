@@ -445,13 +445,6 @@ def _area(polygon: Array) -> float:
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
-def _half_planes(polygon: Array) -> Array:
-    """Return a, b, c with a x + b y + c <= 0 inside of each side of a convex polygon, (m, 3)."""
-    along = np.roll(polygon, -1, axis=0) - polygon
-    normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
-    return np.column_stack([normal, -(normal * polygon).sum(axis=1)])
-
-
 def _largest_inside(hull: Array, least: tuple[float, float]) -> Edges:
     """Return the largest rectangle in a convex polygon, of no area where there is none.
 
@@ -465,12 +458,15 @@ def _largest_inside(hull: Array, least: tuple[float, float]) -> Edges:
     import quadprog  # few robots ask for it
 
     size = np.ptp(hull, axis=0)  # areas of rectangles change by one factor where axes do
-    a, b, c = _half_planes(hull / size).T
+    polygon = hull / size
+    along = np.roll(polygon, -1, axis=0) - polygon
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+    (a, b), c = normal.T, -(normal * polygon).sum(axis=1)  # a x + b y + c <= 0 inside of a side
     corner = np.stack([a.clip(0.0), a.clip(None, 0.0), b.clip(0.0), b.clip(None, 0.0)], axis=1)
     extent = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
     rows = np.vstack([-corner, extent])
     within = np.concatenate([c, np.maximum(least / size, _SHORTEST)])
-    middle = (hull / size).mean(axis=0)
+    middle = polygon.mean(axis=0)
     room = -0.5 * float((a * middle[0] + b * middle[1] + c).max())
     x = middle.repeat(2) + room * np.array([1.0, -1.0, 1.0, -1.0])
     for _ in range(_NEWTON_STEPS):

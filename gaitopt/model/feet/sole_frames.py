@@ -132,12 +132,6 @@ def placement_numbers(placement: pin.SE3) -> Placement:
     return tuple(float(n) for n in np.asarray(placement.homogeneous[:3]).ravel())
 
 
-def placement_of(numbers: Placement) -> pin.SE3:
-    """Return the placement of 12 numbers, the rows of [R p]."""
-    rows = np.array(numbers).reshape(3, 4)
-    return pin.SE3(rows[:, :3].copy(), rows[:, 3].copy())
-
-
 def _as_given(
     stance: Stance, names: tuple[str | None, str | None], choices: ImportOptions
 ) -> Soles:
@@ -145,7 +139,8 @@ def _as_given(
         raise RobotError("sole_placements are given without the sole rectangle (sole); give both")
     free = free_names(stance.model)
     titles = (names[0] or free[0], names[1] or free[1])
-    first, other = (placement_of(p) for p in choices.sole_placements)
+    rows = np.array(choices.sole_placements).reshape(2, 3, 4)
+    first, other = (pin.SE3(row[:, :3].copy(), row[:, 3].copy()) for row in rows)
     text = f"{_described(choices.sole)}, placed as given"
     finding = Finding("sole", "both feet", text, "given")
     return Soles(titles, (first, other), True, choices.sole, (finding,))

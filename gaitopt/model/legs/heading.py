@@ -179,7 +179,9 @@ def _front(legs: tuple[LegLines, LegLines], ahead: Array) -> tuple[float, str, s
     knees = -float(np.sign(bends[0])) if bends[0] * bends[1] > 0.0 else 0.0
     knee_words = "the knees bend that way"
     if feet == 0.0 and knees == 0.0:
-        return _convention(ahead)
+        if abs(float(ahead[0])) != 1.0:
+            raise RobotError(_UNTOLD)
+        return float(ahead[0]), "by convention", f"{_UNTOLD}; x was taken, as most robots have it"
     if feet * knees < 0.0:
         usual = float(ahead[0]) if abs(float(ahead[0])) == 1.0 else feet
         if usual == feet:
@@ -195,13 +197,6 @@ def _bend(leg: LegLines, ahead: Array) -> float:
     knee = find_knee(leg.points, leg.axes, leg.hip, leg.ankle, leg.angles, beyond)
     side = knee.range_side(float(leg.lower[knee.row]), float(leg.upper[knee.row]))
     return side * float(knee.side @ ahead)
-
-
-def _convention(ahead: Array) -> tuple[float, str, str]:
-    if abs(float(ahead[0])) != 1.0:
-        raise RobotError(_UNTOLD)
-    reasons = "by convention"
-    return float(ahead[0]), reasons, f"{_UNTOLD}; x was taken, as most robots have it"
 
 
 _UNTOLD = (
