@@ -18,6 +18,7 @@ from numpy.polynomial import Polynomial
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.mjcf_compile import Compilation
 from gaitopt.importers.mjcf_robot import NO_TURN, Pose, pose
+from gaitopt.importers.physics import real_roots
 from gaitopt.nlp import Array
 
 Range = tuple[float, float]
@@ -396,10 +397,8 @@ def _expanded(stiffness: tuple[float, ...], arm: float, length: float) -> Polyno
 
 def _about_rest(torque: Polynomial, near: float) -> tuple[tuple[float, ...], float]:
     """Return the stiffness of a torque about the angle at which it vanishes, and that angle."""
-    roots = torque.roots()
-    real = [float(r.real) for r in roots if abs(r.imag) <= 1e-9 * (1.0 + abs(r.real))]
-    if not real:
+    if not (roots := real_roots(torque)):
         return (), 0.0
-    rest = min(real, key=lambda r: abs(r - near))
+    rest = min(roots, key=lambda r: abs(r - near))
     orders = range(1, torque.degree() + 1)
     return _trimmed(float(torque.deriv(n)(rest)) / math.factorial(n) for n in orders), rest

@@ -188,6 +188,12 @@ class Tie:
         )
 
 
+def real_roots(f: Polynomial) -> list[float]:
+    """Return the real roots of a polynomial, in order; none where it is constant."""
+    roots = f.trim().roots()
+    return sorted(float(r.real) for r in roots if abs(r.imag) <= 1e-9 * (1.0 + abs(r.real)))
+
+
 def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
     """Return what is wrong with a tie taken by itself, empty if nothing is."""
     if not all(map(math.isfinite, tie.coefficients)):

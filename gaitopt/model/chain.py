@@ -12,7 +12,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import refuse_unsound
 from gaitopt.importers.report import Finding, fault_error, faults_of
-from gaitopt.model.chain_physics import ChainPhysics, chain_physics
+from gaitopt.model.chain_physics import ChainPhysics, chain_physics, physics_findings
 from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings
 from gaitopt.model.joint_tree import (
     FIRST,
@@ -31,7 +31,6 @@ from gaitopt.model.legs.leg_geometry import (
     hip_and_ankle,
     leg_rows,
 )
-from gaitopt.model.physics_report import physics_findings
 from gaitopt.model.sole import Sole
 from gaitopt.model.symmetry import (
     Sides,

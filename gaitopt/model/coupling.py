@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import LEAST, Tie
+from gaitopt.importers.physics import LEAST, Tie, real_roots
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.nlp import Array
 
@@ -305,7 +305,7 @@ class Coupling:
             return
         low, high = (_end(end) for end in limits.range(row))
         f = Polynomial(self.coefficients[joint])
-        met = [z for z in _real_roots(f - angle) if low <= z <= high]
+        met = [z for z in real_roots(f - angle) if low <= z <= high]
         free[row] = met[0] if met else min((low, high), key=lambda z: abs(f(z) - angle))
 
     def reach(self, joint: int, limits: JointLimits) -> tuple[float, float]:
@@ -412,7 +412,7 @@ class Coupling:
             return low, high
         low, high = (_end(end) for end in limits.range(int(self.free[self.motor[row]])))
         f = Polynomial(self.coefficients[row])
-        cuts = {z for end in own if np.isfinite(end) for z in _real_roots(f - end)}
+        cuts = {z for end in own if np.isfinite(end) for z in real_roots(f - end)}
         ends = [low, *sorted(z for z in cuts if low < z < high), high]
         kept = [(a, b) for a, b in pairwise(ends) if own[0] <= float(f((a + b) / 2.0)) <= own[1]]
         if not kept:
@@ -429,9 +429,9 @@ class Coupling:
         if row not in self.bent:
             return (abs(float(self.coefficients[row, 1])),) * 2
         low, high = (_end(end) for end in limits.range(int(self.motor[row])))
-        slope, inside = f.deriv(), [z for z in _real_roots(f.deriv(2)) if low < z < high]
+        slope, inside = f.deriv(), [z for z in real_roots(f.deriv(2)) if low < z < high]
         sizes = [abs(float(slope(z))) for z in (low, high, *inside)]
-        turns = [z for z in _real_roots(slope) if low < z < high]
+        turns = [z for z in real_roots(slope) if low < z < high]
         if turns or min(sizes) < LEAST:
             at = turns[0] if turns else min((low, high), key=lambda z: abs(slope(z)))
             master = self.free_names[int(self.motor[row])]
@@ -477,12 +477,6 @@ class Coupling:
 def _end(end: float) -> float:
     """Return the end of a range, a far one where there is none [rad]."""
     return float(np.clip(end, -_WIDEST, _WIDEST))
-
-
-def _real_roots(f: Polynomial) -> list[float]:
-    """Return the real roots of a polynomial, in order; none where it is constant."""
-    roots = f.trim().roots()
-    return sorted(float(r.real) for r in roots if abs(r.imag) <= _SAME * (1.0 + abs(r.real)))
 
 
 def couple(names: Sequence[str], ties: Mapping[str, Tie], mirror: Array) -> Coupling:

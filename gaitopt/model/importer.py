@@ -20,6 +20,7 @@ from gaitopt.importers.report import Finding, How, fault_error, faults_of
 from gaitopt.importers.source import Source
 from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import FileProblem
+from gaitopt.model.chain_physics import armature_findings, loop_findings
 from gaitopt.model.coupling import couple
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import FoundSole, find_sole
@@ -53,7 +54,6 @@ from gaitopt.model.legs.reference_posture import (
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
 from gaitopt.model.linkage import Linkage
 from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
-from gaitopt.model.physics_report import armature_findings, loop_findings
 from gaitopt.model.proportions import change_feet, proportioned
 from gaitopt.model.symmetry import Symmetrised, leg_exchange
 from gaitopt.nlp import Array

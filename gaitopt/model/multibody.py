@@ -20,7 +20,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import DEGREE, LARGEST, LEAST
 from gaitopt.importers.pinocchio_model import joint_coordinate, joint_motions, reduced, rigid_body
 from gaitopt.model.chain import RootedChain
-from gaitopt.model.chain_physics import CarriedWeight
+from gaitopt.model.chain_physics import CarriedWeight, PassiveJoints
 from gaitopt.model.coupling import Coupling
 from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
@@ -296,16 +296,16 @@ def multibody(
     bodies = _bodies(whole, even, carried_by)
     motions = joint_motions(whole)
     revolute = np.abs(motions[:, 3:]).max(axis=1) > 0.0
-    count, passive = len(names), chain.physics.passive
     armature = np.array(whole.armature[6:])
     for row, name in zip(driven, chain.names, strict=True):
         armature[row] = even.armature[even.joints[even.getJointId(name)].idx_v]
 
-    def of_joints(values: Array | None) -> Array:
-        shape = (count, 1) if values is None else (count, *values.shape[1:])
-        out = np.zeros(shape)
-        if values is not None:
-            out[driven] = values
+    none = np.zeros(len(driven))
+    passive = chain.physics.passive or PassiveJoints(none[:, None], none, none[:, None], none)
+
+    def of_joints(values: Array) -> Array:
+        out = np.zeros((len(names), *values.shape[1:]))
+        out[driven] = values
         return out
 
     carried_mass, carried_moment = _carried(chain, even, names)
@@ -328,10 +328,10 @@ def multibody(
         centre=np.array([body.lever if body.mass else np.zeros(3) for body in bodies]),
         inertia=np.array([body.inertia for body in bodies]),
         armature=armature,
-        friction=of_joints(None if passive is None else passive.friction[:, None])[:, 0],
-        damping=of_joints(None if passive is None else passive.damping),
-        stiffness=of_joints(None if passive is None else passive.stiffness),
-        rest=of_joints(None if passive is None else passive.rest[:, None])[:, 0],
+        friction=of_joints(passive.friction),
+        damping=of_joints(passive.damping),
+        stiffness=of_joints(passive.stiffness),
+        rest=of_joints(passive.rest),
         carried_mass=carried_mass,
         carried_moment=carried_moment,
         gravity=chain.physics.gravity,
@@ -380,9 +380,12 @@ def checked_multibody(body: Multibody) -> Multibody:
         "the parent of a joint must be -1 or a joint before it",
         (body.parent < BASE) | (body.parent >= rows),
     )
-    for rows_of, what in ((body.moving, "moving joint"), (body.sole_joint, "joint of a sole")):
-        refuse(f"a {what} is not in its list", (rows_of < 0) | (rows_of >= count))
-    for rows_of, what in ((body.tied, "tied joint"), (body.tied_to, "joint that leads another")):
+    for rows_of, what in (
+        (body.moving, "moving joint"),
+        (body.sole_joint, "joint of a sole"),
+        (body.tied, "tied joint"),
+        (body.tied_to, "joint that leads another"),
+    ):
         refuse(f"a {what} is not in its list", (rows_of < 0) | (rows_of >= count))
     refuse("a joint moves twice", np.bincount(body.driven, minlength=count) > 1)
     refuse("a tied joint follows one that does not move", ~np.isin(body.tied_to, body.moving))

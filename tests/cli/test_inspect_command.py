@@ -7,8 +7,8 @@ from example_robots import example_robot, needs_example_robots
 from places import CASES
 
 from gaitopt import Robot, biped13, urdf_text
+from gaitopt.model.chain_physics import NO_ROTORS
 from gaitopt.model.import_options import choices_from_toml
-from gaitopt.model.physics_report import NO_ROTORS
 
 LEGS = "{left,right}_"
 

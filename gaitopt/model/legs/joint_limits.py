@@ -67,10 +67,10 @@ def joint_limits(
     model: pin.Model,
     joints: Sequence[int],
     mirror: Array,
-    unequal: str = "refuse",
-    right: NDArray[np.bool_] | None = None,
-    complete: Callable[[JointLimits], Array] = lambda limits: limits.torque,
-    elsewhere: Collection[str] = (),
+    unequal: str,
+    right: NDArray[np.bool_],
+    complete: Callable[[JointLimits], Array],
+    elsewhere: Collection[str],
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     """Read the limits of the joints that move.
 
@@ -97,38 +97,10 @@ def joint_limits(
     limits, findings, faults = _without_placeholders(
         raw, names, elsewhere, sum(float(body.mass) for body in model.inertias)
     )
-    keep = None
-    if unequal in ("right", "left") and right is not None:
-        keep = right == (unequal == "right")
-    limits, told, fault = _mirrored_limits(limits, mirror, _Sides(names, mirror, unequal, keep))
-    return limits, findings + told, faults + ([fault] if fault else [])
-
-
-@dataclass(frozen=True)
-class _Sides:
-    """Which joint is whose partner, and what to do where their limits differ.
-
-    Attributes:
-        names: of the joints.
-        mirror: the exchange E.
-        unequal: one of `choices.UNEQUAL`.
-        keep: joints whose limits count, None where it is the tighter ones.
-    """
-
-    names: tuple[str, ...]
-    mirror: Array
-    unequal: str
-    keep: NDArray[np.bool_] | None
-
-    def partner(self, row: int) -> int:
-        return int(np.abs(self.mirror[row]).argmax())
-
-    def quoted(self, row: int) -> str:
-        return f"'{self.names[row]}' and '{self.names[self.partner(row)]}'"
-
-    def finding(self, row: int, text: str) -> Finding:
-        pair = dict.fromkeys((self.names[row], self.names[self.partner(row)]))
-        return Finding("limits", ", ".join(pair), text, "changed")
+    keep = right == (unequal == "right") if unequal in ("right", "left") else None
+    sides = _Sides(names, mirror, unequal, keep)
+    limits = sides.mirrored(limits)
+    return limits, findings + sides.findings, faults + sides.faults(limits)
 
 
 def _without_placeholders(
@@ -203,107 +175,117 @@ def _placeholders(
     return findings
 
 
-def _mirrored_limits(
-    limits: JointLimits, mirror: Array, sides: _Sides
-) -> tuple[JointLimits, list[Finding], str]:
-    """Make the limits of left and right mirror images.
+class _Sides:
+    """Limits of joints and their partners, and what is said of those that differ.
 
-    Returns:
-        The limits, what was settled, and what is wrong with them, in one sentence or empty.
+    Args:
+        names: of the joints.
+        mirror: the exchange E.
+        unequal: one of `choices.UNEQUAL`.
+        keep: joints whose limits count, None where it is the tighter ones.
     """
-    partner = np.abs(mirror).argmax(axis=1)
-    same = mirror[np.arange(len(partner)), partner] > 0.0
-    pairs = [row for row in range(len(partner)) if row <= partner[row]]
-    findings: list[Finding] = []
-    differ: list[str] = []
-    broken: list[str] = []
-    for field in _MOST:
-        mine = getattr(limits, field)
-        its = mine[partner]
-        kept = np.minimum(mine, its) if sides.keep is None else np.where(sides.keep, mine, its)
+
+    def __init__(
+        self, names: tuple[str, ...], mirror: Array, unequal: str, keep: NDArray[np.bool_] | None
+    ) -> None:
+        self.names, self.unequal, self.keep = names, unequal, keep
+        self.partner = np.abs(mirror).argmax(axis=1)
+        self.same = mirror[np.arange(len(names)), self.partner] > 0.0
+        self.findings: list[Finding] = []  # what was settled
+        self.differ: list[str] = []  # what differs too much
+        self.broken: list[str] = []  # what cannot be meant
+
+    def mirrored(self, limits: JointLimits) -> JointLimits:
+        """Return the limits with left and right mirror images of each other."""
+        pairs = [row for row, partner in enumerate(self.partner) if row <= partner]
+        for field in _MOST:
+            mine = getattr(limits, field)
+            its = mine[self.partner]
+            kept = np.minimum(mine, its) if self.keep is None else np.where(self.keep, mine, its)
+            for row in pairs:
+                if mine[row] == its[row]:
+                    continue
+                values = f"{_limit(mine[row])} and {_limit(its[row])} {LIMIT_UNITS[field]}"
+                larger = max(mine[row], its[row])
+                far = np.isinf(larger) or abs(mine[row] - its[row]) > _ALIKE * larger
+                if self.unequal == "refuse" and far:
+                    self.differ.append(f"the {field} limits of {self._quoted(row)}, {values}")
+                else:
+                    how = "tighter" if self.keep is None else self.unequal
+                    self._settle(row, f"{field} limits {values} differ: {how}")
+            limits = replace(limits, **{field: kept})
+        lower, upper = limits.lower.copy(), limits.upper.copy()
         for row in pairs:
-            if mine[row] == its[row]:
+            there = int(self.partner[row])
+            own, its = limits.range(row), _turned(limits.range(there), self.same[row])
+            if own == its:
                 continue
-            values = f"{_limit(mine[row])} and {_limit(its[row])} {LIMIT_UNITS[field]}"
-            larger = max(mine[row], its[row])
-            far = np.isinf(larger) or abs(mine[row] - its[row]) > _ALIKE * larger
-            if sides.unequal == "refuse" and far:
-                differ.append(f"the {field} limits of {sides.quoted(row)}, {values}")
+            kept = self._kept_range(row, own, its)
+            if _apart(own, its) > _TOLD:
+                spans = f"{_span(own)} and {_span(its)} (mirrored)"
+                self._settle(row, f"ranges {spans} differ: taken as {_span(kept)}")
+            lower[row], upper[row] = kept
+            lower[there], upper[there] = _turned(kept, self.same[row])
+        return replace(limits, lower=lower, upper=upper)
+
+    def _quoted(self, row: int) -> str:
+        return f"'{self.names[row]}' and '{self.names[self.partner[row]]}'"
+
+    def _settle(self, row: int, text: str) -> None:
+        pair = dict.fromkeys((self.names[row], self.names[self.partner[row]]))
+        self.findings.append(Finding("limits", ", ".join(pair), text, "changed"))
+
+    def _kept_range(self, row: int, own: _Range, its: _Range) -> _Range:
+        """Return the range that holds for the first joint of a pair; note it if none can.
+
+        A joint that is its own partner has what its range has in common with the mirrored one.
+        """
+        alone = self.partner[row] == row
+        if self.keep is not None and not alone:
+            return own if self.keep[row] else its
+        common = max(own[0], its[0]), min(own[1], its[1])
+        shared, narrow = common[1] - common[0], min(own[1] - own[0], its[1] - its[0])
+        text = f"the ranges of {self._quoted(row)}, {_span(own)} and {_span(its)} (mirrored)"
+        # The range seen if one of the joints turned the other way.
+        flipped = _apart(own, (-its[1], -its[0])) <= max(_ROUNDING, _ALIKE * (own[1] - own[0]))
+        if not shared > 0.0:
+            why = ", and turned round they are alike" if flipped else ""
+            self.broken.append(f"{text}, which have nothing in common{why}")
+        elif alone or self.unequal != "refuse":
+            return common
+        elif _apart(own, its) > max(_ROUNDING, _ALIKE * narrow):
+            if flipped:
+                self.broken.append(f"{text}, {_FLIPPED}")
+            elif shared < _COMMON * narrow:
+                self.broken.append(f"{text}, which have only {_span(common)} in common")
             else:
-                how = "tighter" if sides.keep is None else sides.unequal
-                findings.append(sides.finding(row, f"{field} limits {values} differ: {how}"))
-        limits = replace(limits, **{field: kept})
-    lower, upper = limits.lower.copy(), limits.upper.copy()
-    for row in pairs:
-        there = int(partner[row])
-        own, its = limits.range(row), _turned(limits.range(there), same[row])
-        if own == its:
-            continue
-        kept_range = _kept_range(row, own, its, sides, differ, broken)
-        if _apart(own, its) > _TOLD:
-            spans = f"{_span(own)} and {_span(its)} (mirrored)"
-            text = f"ranges {spans} differ: taken as {_span(kept_range)}"
-            findings.append(sides.finding(row, text))
-        lower[row], upper[row] = kept_range
-        lower[there], upper[there] = _turned(kept_range, same[row])
-    shared = bool((lower < upper).all())
-    limits = replace(limits, lower=lower, upper=upper)
-    legs = "legs" if (partner == np.arange(len(partner))[::-1]).all() else "sides"
-    return limits, findings, _difference_fault(differ, broken, shared, legs)
+                self.differ.append(text)
+        return common
+
+    def faults(self, limits: JointLimits) -> list[str]:
+        """Return what is wrong with limits that differ, all joints in one sentence, if anything."""
+        legs = "legs" if (self.partner == np.arange(len(self.names))[::-1]).all() else "sides"
+        if self.broken:
+            others = f"; besides, these differ: {'; '.join(self.differ)}" if self.differ else ""
+            shared = (limits.lower < limits.upper).all()
+            last = ' ("tighter" leaves only what both have in common)' if shared else ""
+            return [
+                f"the file is broken: it gives the {legs} limits that cannot both be meant: "
+                f"{'; '.join(self.broken)}{others}; correct the <axis> or the range of one of the "
+                f'two in the file, or say whose limits are right: unequal_limits = "right" or '
+                f'"left" {_HINT}{last}'
+            ]
+        if not self.differ:
+            return []
+        return [
+            f"the limits of the two {legs} differ by more than {100 * _ALIKE:g} %: "
+            f"{'; '.join(self.differ)}; give both legs the same, or choose unequal_limits = "
+            f'"tighter", "right" or "left" {_HINT}'
+        ]
 
 
 def _turned(ends: _Range, same: bool) -> _Range:
     return ends if same else (-ends[1], -ends[0])
-
-
-def _kept_range(
-    row: int, own: _Range, its: _Range, sides: _Sides, differ: list[str], broken: list[str]
-) -> _Range:
-    """Return the range that holds for the first joint of a pair; note it if none can.
-
-    A joint that is its own partner has what its range has in common with the mirrored one.
-    """
-    alone = sides.partner(row) == row
-    if sides.keep is not None and not alone:
-        return own if sides.keep[row] else its
-    common = max(own[0], its[0]), min(own[1], its[1])
-    shared, narrow = common[1] - common[0], min(own[1] - own[0], its[1] - its[0])
-    text = f"the ranges of {sides.quoted(row)}, {_span(own)} and {_span(its)} (mirrored)"
-    # The range seen if one of the joints turned the other way.
-    flipped = _apart(own, (-its[1], -its[0])) <= max(_ROUNDING, _ALIKE * (own[1] - own[0]))
-    if not shared > 0.0:
-        why = ", and turned round they are alike" if flipped else ""
-        broken.append(f"{text}, which have nothing in common{why}")
-    elif alone or sides.unequal != "refuse":
-        return common
-    elif _apart(own, its) > max(_ROUNDING, _ALIKE * narrow):
-        if flipped:
-            broken.append(f"{text}, {_FLIPPED}")
-        elif shared < _COMMON * narrow:
-            broken.append(f"{text}, which have only {_span(common)} in common")
-        else:
-            differ.append(text)
-    return common
-
-
-def _difference_fault(differ: list[str], broken: list[str], shared: bool, legs: str) -> str:
-    """Return what is wrong with limits that differ, all joints in one sentence."""
-    if broken:
-        others = f"; besides, these differ: {'; '.join(differ)}" if differ else ""
-        last = ' ("tighter" leaves only what both have in common)' if shared else ""
-        return (
-            f"the file is broken: it gives the {legs} limits that cannot both be meant: "
-            f"{'; '.join(broken)}{others}; correct the <axis> or the range of one of the two in "
-            f'the file, or say whose limits are right: unequal_limits = "right" or "left" '
-            f"{_HINT}{last}"
-        )
-    if not differ:
-        return ""
-    return (
-        f"the limits of the two {legs} differ by more than {100 * _ALIKE:g} %: "
-        f"{'; '.join(differ)}; give both legs the same, or choose unequal_limits = "
-        f'"tighter", "right" or "left" {_HINT}'
-    )
 
 
 def _limit(value: float) -> str:
