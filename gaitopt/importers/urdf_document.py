@@ -172,13 +172,6 @@ class Joint:
         lower, upper = self.limits.lower, self.limits.upper
         return 0.0 if math.isnan(lower) else lower, 0.0 if math.isnan(upper) else upper
 
-    @property
-    def strength(self) -> tuple[float, float]:
-        """Limits of torque or force and of rate; infinite where none is given."""
-        values = self.limits.effort, self.limits.velocity
-        effort, velocity = (math.inf if math.isnan(value) else value for value in values)
-        return effort, velocity
-
 
 @dataclass(frozen=True, eq=False)
 class Description:

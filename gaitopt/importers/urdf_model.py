@@ -133,7 +133,8 @@ def _bounds(joint: Joint) -> tuple[Array, ...]:
     """Limits in the order of `pin.Model.addJoint`: effort, rate, range, friction, damping."""
     if joint.kind in FREE_TYPES:
         return ()
-    effort, velocity = (np.array([value]) for value in joint.strength)
+    given = np.array([joint.limits.effort, joint.limits.velocity])
+    effort, velocity = np.where(np.isnan(given), np.inf, given)[:, None]
     lower, upper = (np.array([value]) for value in joint.range)
     friction, damping = np.array([joint.friction]), np.array([joint.damping])
     return (-effort, effort, -velocity, velocity, lower, upper, -friction, friction, damping)

@@ -53,15 +53,14 @@ def proportioned(
         RobotError: next to nothing would be left of a part.
     """
     model, findings = straight.model.copy(), []
+    parts = _Parts(model, straight, legs, moving)
     knees = [_knee(straight, leg, rotation) for leg in legs]
     for one in changes:
         words = []
         if one.longer and one.part not in (FOOT, ANKLE_HEIGHT):
-            was = _lengthen(model, straight, legs, knees, moving, rotation, one)
-            words.append(_told(was, one.longer, "m"))
+            words.append(_told(parts.lengthen(one, knees, rotation), one.longer, "m"))
         if one.heavier:
-            was = _weigh(model, legs, knees, moving, one)
-            words.append(_told(was, one.heavier, "kg"))
+            words.append(_told(parts.weigh(one, knees), one.heavier, "kg"))
         if words:
             findings.append(_finding(one.part, ", ".join(words)))
     return model, findings
@@ -83,65 +82,16 @@ def change_feet(
     Raises:
         RobotError: next to nothing would be left of a foot.
     """
-    findings, feet = [], [leg[-1] for leg in legs]
+    parts, findings = _Parts(straight.model, straight, legs, moving), []
     for one in changes:
         if not one.longer or one.part not in (FOOT, ANKLE_HEIGHT):
             continue
         own = soles.sole.length if one.part == FOOT else ankle
         _refuse_little(one, own, one.longer, "m")
-        if one.part == FOOT:
-            soles = _stretched_feet(straight, feet, moving, soles, one.longer)
-        else:
-            soles = _lowered_feet(straight.model, feet, soles, one.longer)
+        change = parts.stretch_feet if one.part == FOOT else parts.lower_feet
+        soles = change(soles, one.longer)
         findings.append(_finding(one.part, _told(own, one.longer, "m")))
     return soles, findings
-
-
-def _stretched_feet(
-    straight: PosedModel, feet: Sequence[int], moving: Sequence[int], soles: Soles, longer: float
-) -> Soles:
-    model, at = straight.model, straight.placements
-    factor = 1.0 + longer / soles.sole.length
-    for foot, place in zip(feet, soles.placements, strict=True):
-        _stretch(model, at, foot, moving, at[foot].rotation @ place.rotation[:, 0], factor)
-    _put(model, soles, soles.placements)
-    ankle = float(np.mean([place.inverse().translation[0] for place in soles.placements]))
-    toe, heel = (ankle + factor * (x - ankle) for x in (soles.sole.toe, soles.sole.heel))
-    return replace(soles, sole=replace(soles.sole, toe=toe, heel=heel))
-
-
-def _lowered_feet(model: pin.Model, feet: Sequence[int], soles: Soles, longer: float) -> Soles:
-    places = []
-    for foot, place in zip(feet, soles.placements, strict=True):
-        down = -longer * place.rotation[:, 2]
-        body = model.inertias[foot]
-        model.inertias[foot] = rigid_body(body.mass, body.lever + down, body.inertia)
-        for child in range(2, model.njoints):
-            if int(model.parents[child]) == foot:
-                _move(model, child, down)
-        for frame in model.frames:
-            if int(frame.parentJoint) == foot and frame.type != pin.FrameType.JOINT:
-                _lower(frame, down)
-        places.append(pin.SE3(place.rotation, place.translation + down))
-    _put(model, soles, places)
-    return replace(soles, placements=(places[0], places[1]))
-
-
-def _lower(frame: pin.Frame, move: Array) -> None:
-    """Move a frame of a foot; where it is that of the joint, its body alone."""
-    place, body = frame.placement, frame.inertia
-    if place.translation.any():
-        frame.placement = pin.SE3(place.rotation, place.translation + move)
-    elif body.mass:
-        lever = body.lever + place.rotation.T @ move
-        frame.inertia = rigid_body(body.mass, lever, body.inertia)
-
-
-def _put(model: pin.Model, soles: Soles, places: Sequence[pin.SE3]) -> None:
-    """Place the sole frames that the file has."""
-    if not soles.added:
-        for name, place in zip(soles.names, places, strict=True):
-            model.frames[model.getFrameId(name)].placement = place
 
 
 def _told(own: float, more: float, unit: str) -> str:
@@ -177,72 +127,154 @@ def _knee(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> _Knee:
     return _Knee(row, float(hip[1]), rotation @ level[0], rotation @ level[1])
 
 
-def _lengthen(
-    model: pin.Model,
-    straight: PosedModel,
-    legs: LegJoints,
-    knees: Sequence[_Knee],
-    moving: Sequence[int],
-    rotation: Array,
-    one: PartChange,
-) -> float:
-    """Change a length of both legs; return what it was [m]."""
-    at = straight.placements
-    if one.part == HIP_WIDTH:
-        across = [knee.left for knee in knees]
-        own, sign = abs(across[1] - across[0]), float(np.sign(across[1] - across[0]))
-        _refuse_little(one, own, one.longer, "m")
-        for leg, side in zip(legs, (-sign, sign), strict=True):
-            move = rotation @ np.array([0.0, 0.5 * side * one.longer, 0.0])
-            _move(model, leg[0], at[int(model.parents[leg[0]])].rotation.T @ move)
-        return own
-    lengths: list[float] = []
-    for leg, knee in zip(legs, knees, strict=True):
-        end = -knee.hip if one.part == THIGH else knee.ankle
-        own = float(np.linalg.norm(end))
-        _refuse_little(one, own, one.longer, "m")
-        e, lengths = end / own, [*lengths, own]
-        above = leg[knee.row - 1] if one.part == THIGH else leg[knee.row]
-        below = leg[knee.row] if one.part == THIGH else leg[knee.row + 1]
-        size = float(e @ (at[below].translation - at[above].translation))
-        _stretch(model, at, above, moving, e, 1.0 + one.longer / size)
-    return float(np.mean(lengths))
+class _Parts:
+    """The parts of a model that is changed, as they stand with all leg angles 0.
 
+    Args:
+        model: that is changed.
+        straight: the model with all leg angles 0.
+        legs: the right and the left one.
+        moving: joints that move; bodies that others join are one part.
+    """
 
-def _part(model: pin.Model, joint: int, moving: Sequence[int]) -> list[int]:
-    """Return the joints whose bodies stand still on that of one, it included."""
-    found, top = [joint], joint
-    while top not in moving and top > 1:
-        top = int(model.parents[top])
-        found.append(top)
-    for other in range(2, model.njoints):  # a joint comes after the one that carries it
-        if other not in moving and other not in found and int(model.parents[other]) in found:
-            found.append(other)
-    return found
+    def __init__(
+        self, model: pin.Model, straight: PosedModel, legs: LegJoints, moving: Sequence[int]
+    ) -> None:
+        self.model, self.at, self.legs, self.moving = model, straight.placements, legs, moving
 
+    def lengthen(self, one: PartChange, knees: Sequence[_Knee], rotation: Array) -> float:
+        """Change a length of both legs; return what it was [m]."""
+        at, legs = self.at, self.legs
+        if one.part == HIP_WIDTH:
+            across = [knee.left for knee in knees]
+            own, sign = abs(across[1] - across[0]), float(np.sign(across[1] - across[0]))
+            _refuse_little(one, own, one.longer, "m")
+            for leg, side in zip(legs, (-sign, sign), strict=True):
+                move = rotation @ np.array([0.0, 0.5 * side * one.longer, 0.0])
+                self.move(leg[0], at[int(self.model.parents[leg[0]])].rotation.T @ move)
+            return own
+        lengths: list[float] = []
+        for leg, knee in zip(legs, knees, strict=True):
+            end = -knee.hip if one.part == THIGH else knee.ankle
+            own = float(np.linalg.norm(end))
+            _refuse_little(one, own, one.longer, "m")
+            e, lengths = end / own, [*lengths, own]
+            above = leg[knee.row - 1] if one.part == THIGH else leg[knee.row]
+            below = leg[knee.row] if one.part == THIGH else leg[knee.row + 1]
+            size = float(e @ (at[below].translation - at[above].translation))
+            self.stretch(above, e, 1.0 + one.longer / size)
+        return float(np.mean(lengths))
 
-def _stretch(
-    model: pin.Model,
-    at: Sequence[pin.SE3],
-    joint: int,
-    moving: Sequence[int],
-    axis: Array,
-    factor: float,
-) -> None:
-    """Stretch all that a joint carries until the next joints, along an axis of the root link."""
-    for body in _part(model, joint, moving):
-        e = at[body].rotation.T @ axis
-        K = np.eye(3) + (factor - 1.0) * np.outer(e, e)
-        model.inertias[body] = _stretched(model.inertias[body], K)
-        for child in range(2, model.njoints):
-            if int(model.parents[child]) == body:
-                place = model.jointPlacements[child]
-                _move(model, child, K @ place.translation - place.translation)
+    def weigh(self, one: PartChange, knees: Sequence[_Knee]) -> float:
+        """Change the mass of the trunk, or of a part of each leg; return what it was [kg]."""
+        model, legs = self.model, self.legs
+        if one.part == TRUNK:
+            joints = [int(model.parents[legs[0][0]])]
+        else:
+            rows = {THIGH: -1, SHIN: 0}
+            joints = [
+                leg[-1] if one.part == FOOT else leg[knee.row + rows[one.part]]
+                for leg, knee in zip(legs, knees, strict=True)
+            ]
+        masses = []
+        for joint in joints:
+            part = self.around(joint)
+            own = sum(float(model.inertias[body].mass) for body in part)
+            _refuse_little(one, own, one.heavier, "kg")
+            masses.append(own)
+            factor = 1.0 + one.heavier / own
+            for body in part:
+                model.inertias[body] = _heavier(model.inertias[body], factor)
+            for frame in model.frames:
+                if int(frame.parentJoint) in part:
+                    frame.inertia = _heavier(frame.inertia, factor)
+        return float(np.mean(masses))
+
+    def stretch_feet(self, soles: Soles, longer: float) -> Soles:
+        """Change the length of both feet; return their soles."""
+        factor = 1.0 + longer / soles.sole.length
+        for foot, place in zip(self.feet, soles.placements, strict=True):
+            self.stretch(foot, self.at[foot].rotation @ place.rotation[:, 0], factor)
+        self.place(soles, soles.placements)
+        ankle = float(np.mean([place.inverse().translation[0] for place in soles.placements]))
+        toe, heel = (ankle + factor * (x - ankle) for x in (soles.sole.toe, soles.sole.heel))
+        return replace(soles, sole=replace(soles.sole, toe=toe, heel=heel))
+
+    def lower_feet(self, soles: Soles, longer: float) -> Soles:
+        """Change the height of both ankles; return the soles."""
+        model, places = self.model, []
+        for foot, place in zip(self.feet, soles.placements, strict=True):
+            down = -longer * place.rotation[:, 2]
+            body = model.inertias[foot]
+            model.inertias[foot] = rigid_body(body.mass, body.lever + down, body.inertia)
+            for child in range(2, model.njoints):
+                if int(model.parents[child]) == foot:
+                    self.move(child, down)
+            for frame in model.frames:
+                if int(frame.parentJoint) == foot and frame.type != pin.FrameType.JOINT:
+                    _lower(frame, down)
+            places.append(pin.SE3(place.rotation, place.translation + down))
+        self.place(soles, places)
+        return replace(soles, placements=(places[0], places[1]))
+
+    @property
+    def feet(self) -> list[int]:
+        """The last joints of the legs."""
+        return [leg[-1] for leg in self.legs]
+
+    def place(self, soles: Soles, places: Sequence[pin.SE3]) -> None:
+        """Place the sole frames that the file has."""
+        if not soles.added:
+            for name, place in zip(soles.names, places, strict=True):
+                self.model.frames[self.model.getFrameId(name)].placement = place
+
+    def around(self, joint: int) -> list[int]:
+        """Return the joints whose bodies stand still on that of one, it included."""
+        model, moving, found, top = self.model, self.moving, [joint], joint
+        while top not in moving and top > 1:
+            top = int(model.parents[top])
+            found.append(top)
+        for other in range(2, model.njoints):  # a joint comes after the one that carries it
+            if other not in moving and other not in found and int(model.parents[other]) in found:
+                found.append(other)
+        return found
+
+    def stretch(self, joint: int, axis: Array, factor: float) -> None:
+        """Stretch what a joint carries until the next joints, along an axis of the root link."""
+        model = self.model
+        for body in self.around(joint):
+            e = self.at[body].rotation.T @ axis
+            K = np.eye(3) + (factor - 1.0) * np.outer(e, e)
+            model.inertias[body] = _stretched(model.inertias[body], K)
+            for child in range(2, model.njoints):
+                if int(model.parents[child]) == body:
+                    place = model.jointPlacements[child]
+                    self.move(child, K @ place.translation - place.translation)
+            for frame in model.frames:
+                if int(frame.parentJoint) == body:
+                    R = frame.placement.rotation
+                    frame.inertia = _stretched(frame.inertia, R.T @ K @ R)
+                    frame.placement = pin.SE3(R, K @ frame.placement.translation)
+
+    def move(self, joint: int, vector: Array) -> None:
+        """Move a joint in the axes of the body that it sits on."""
+        model = self.model
+        place = model.jointPlacements[joint]
+        model.jointPlacements[joint] = pin.SE3(place.rotation, place.translation + vector)
+        name = model.names[joint]
         for frame in model.frames:
-            if int(frame.parentJoint) == body:
-                R = frame.placement.rotation
-                frame.inertia = _stretched(frame.inertia, R.T @ K @ R)
-                frame.placement = pin.SE3(R, K @ frame.placement.translation)
+            if frame.type == pin.FrameType.JOINT and frame.name == name:
+                frame.placement = pin.SE3.Identity()
+
+
+def _lower(frame: pin.Frame, move: Array) -> None:
+    """Move a frame of a foot; where it is that of the joint, its body alone."""
+    place, body = frame.placement, frame.inertia
+    if place.translation.any():
+        frame.placement = pin.SE3(place.rotation, place.translation + move)
+    elif body.mass:
+        lever = body.lever + place.rotation.T @ move
+        frame.inertia = rigid_body(body.mass, lever, body.inertia)
 
 
 def _stretched(body: pin.Inertia, K: Array) -> pin.Inertia:
@@ -250,47 +282,6 @@ def _stretched(body: pin.Inertia, K: Array) -> pin.Inertia:
     own = np.array(body.inertia)
     second = K @ (0.5 * np.trace(own) * np.eye(3) - own) @ K
     return rigid_body(body.mass, K @ body.lever, np.trace(second) * np.eye(3) - second)
-
-
-def _move(model: pin.Model, joint: int, vector: Array) -> None:
-    """Move a joint in the axes of the body that it sits on."""
-    place = model.jointPlacements[joint]
-    model.jointPlacements[joint] = pin.SE3(place.rotation, place.translation + vector)
-    name = model.names[joint]
-    for frame in model.frames:
-        if frame.type == pin.FrameType.JOINT and frame.name == name:
-            frame.placement = pin.SE3.Identity()
-
-
-def _weigh(
-    model: pin.Model,
-    legs: LegJoints,
-    knees: Sequence[_Knee],
-    moving: Sequence[int],
-    one: PartChange,
-) -> float:
-    """Change the mass of the trunk, or of a part of each leg; return what it was [kg]."""
-    if one.part == TRUNK:
-        joints = [int(model.parents[legs[0][0]])]
-    else:
-        rows = {THIGH: -1, SHIN: 0}
-        joints = [
-            leg[-1] if one.part == FOOT else leg[knee.row + rows[one.part]]
-            for leg, knee in zip(legs, knees, strict=True)
-        ]
-    masses = []
-    for joint in joints:
-        part = _part(model, joint, moving)
-        own = sum(float(model.inertias[body].mass) for body in part)
-        _refuse_little(one, own, one.heavier, "kg")
-        masses.append(own)
-        factor = 1.0 + one.heavier / own
-        for body in part:
-            model.inertias[body] = _heavier(model.inertias[body], factor)
-        for frame in model.frames:
-            if int(frame.parentJoint) in part:
-                frame.inertia = _heavier(frame.inertia, factor)
-    return float(np.mean(masses))
 
 
 def _heavier(body: pin.Inertia, factor: float) -> pin.Inertia:

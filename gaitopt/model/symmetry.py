@@ -158,11 +158,6 @@ class LineGap:
     apart: float
     turn: float
 
-    @property
-    def differs(self) -> bool:
-        """Whether it is more than rounding."""
-        return max(self.apart, self.turn) > _TOLD
-
 
 @dataclass(frozen=True)
 class Effect:
@@ -347,7 +342,7 @@ def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
     whole = model.copy()
     filled = _fill_missing(whole, sides)
     even = whole.copy()
-    gaps = [gap for gap in mirror_lines(even, sides) if gap.differs]
+    gaps = [gap for gap in mirror_lines(even, sides) if max(gap.apart, gap.turn) > _TOLD]
     bodies = _average_bodies(even, sides)
     rotors = _average_rotors(even, sides)
     if not (bodies or rotors or gaps):
