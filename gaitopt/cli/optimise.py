@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -52,8 +53,9 @@ from gaitopt.gait.presets import ROBUST
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.capsule_distance import narrowed_gaps
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Status
-from gaitopt.view.drawing_worker import drawing_worker, ready_for_figures, ready_for_page
+from gaitopt.view.drawing_worker import DrawingWorker, mesh_files
 
 _ADVICE = (
     "; the solver stopped before an optimum was proven: try other starts (--starts {}), or another "
@@ -75,11 +77,11 @@ def run(given: Settings, options: OptimiseOptions) -> None:
     else:
         alone = {"--figures": figures, "--no-page": not options.page}
         refuse_options(alone, "with --output DIR")
-    request = make_request(given, options.config)
     errors, out = screen(stderr=True), screen()
-    if not quiet:
-        print_doubts(errors, request)
-    with drawing_worker(_ready_to_draw(request, options)) as worker:
+    with closing(DrawingWorker()) as worker:
+        request = make_request(given, options.config, on_robot=partial(_get_ready, worker, options))
+        if not quiet:
+            print_doubts(errors, request)
         try:
             with small_matrices():
                 if options.fastest:
@@ -122,13 +124,12 @@ def run(given: Settings, options: OptimiseOptions) -> None:
         raise typer.Exit(code)
 
 
-def _ready_to_draw(request: Request, options: OptimiseOptions) -> Callable[[], None] | None:
-    """Return what gets another process ready to draw what takes long: figures, or meshes."""
+def _get_ready(worker: DrawingWorker, options: OptimiseOptions, robot: Robot) -> None:
+    """Get ready to draw what takes long: figures, or meshes."""
     if options.output is not None and options.figures:
-        return ready_for_figures
-    if options.output is not None and options.page and "<mesh" in request.robot.urdf:
-        return partial(ready_for_page, request.robot.urdf, request.robot.choices.package_dirs)
-    return None
+        worker.get_ready(figures=True)
+    elif options.output is not None and options.page:
+        worker.get_ready(meshes=mesh_files(robot.urdf, robot.choices.package_dirs))
 
 
 def fragile_lines(gait: Gait) -> list[str]:

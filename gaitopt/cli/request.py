@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -304,13 +304,19 @@ class Request:
     settings: Settings
 
 
-def make_request(given: Settings, config: Path | None, varied: Collection[str] = ()) -> Request:
+def make_request(
+    given: Settings,
+    config: Path | None,
+    varied: Collection[str] = (),
+    on_robot: Callable[[Robot], None] | None = None,
+) -> Request:
     """Return the request of a command line.
 
     Args:
         given: options of the command line, those not given left out.
         config: configuration file, if any; the command line wins.
         varied: settings that take other values too, as in a sweep.
+        on_robot: called once the robot is read, which is not half of the work.
 
     Raises:
         InputError: an option, a file or a value cannot be used, or an option has no effect.
@@ -323,6 +329,8 @@ def make_request(given: Settings, config: Path | None, varied: Collection[str] =
     settings = {"preset": usual, **own, **settings}  # the catalogue proposes a walk
     asked = settings_of(SearchSettings, settings)
     robot = make_robot(settings)
+    if on_robot is not None:
+        on_robot(robot)
     task = make_task(settings, robot)
     how = ("differences", "refine", "approach", "toe_begin", "phase_times")
     options = DesignOptions(make_solver(settings), **{n: settings[n] for n in how if n in settings})

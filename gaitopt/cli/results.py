@@ -56,7 +56,7 @@ def write_results(
     here, worker = DrawingWorker(), worker or DrawingWorker()
     drawn = worker.begin(draw_figures, gait, directory / FIGURES) if figures else None
     if page:
-        text = (here if figures else worker).begin(draw_page, gait)()
+        text = (here if figures else worker).begin(draw_page, gait, worker.simplify_rest())()
         yield write_atomically(directory / PAGE, text.encode())
     if drawn is not None:
         drawn()

@@ -6,31 +6,63 @@ import contextlib
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from gaitopt.dataclass import dataclass
 from gaitopt.design.process import serve_parent, shut_down, without_ctrl_c, worker_context
 from gaitopt.gait.result import Gait
 
 if TYPE_CHECKING:
-    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures import Future, ProcessPoolExecutor
     from multiprocessing.process import BaseProcess
 
 Drawn = TypeVar("Drawn")
 
 
-@dataclass(frozen=True)
 class DrawingWorker:
-    """Draws what it is asked for.
+    """Draws what it is asked for: in this process, or in one that was started for it.
 
     Attributes:
         pool: the process that draws, None for this one.
     """
 
-    pool: ProcessPoolExecutor | None = None
+    def __init__(self) -> None:
+        self.pool: ProcessPoolExecutor | None = None
+        self._ready: list[Future[Any]] = []
+        self._meshes: dict[str, Future[Any]] = {}
+
+    def get_ready(self, *, figures: bool = False, meshes: Sequence[str] = ()) -> None:
+        """Start a process that gets ready to draw, if there is a core for it.
+
+        Where processes can be copied, it is a copy of this one.
+
+        Args:
+            figures: whether it shall load what figures need.
+            meshes: files that it shall simplify, as a page needs them.
+        """
+        if not (figures or meshes) or spare_cores() < 1.0:
+            return
+        from concurrent.futures import ProcessPoolExecutor  # slow to import, and seldom needed
+
+        try:
+            pool = ProcessPoolExecutor(1, worker_context(), initializer=serve_parent)
+            with without_ctrl_c():
+                self._ready = [pool.submit(ready_for_figures if figures else ready_for_page)]
+        except (OSError, RuntimeError, NotImplementedError):  # no more processes are to be had
+            return
+        self.pool = pool
+        with contextlib.suppress(RuntimeError):  # it has died: this process draws
+            for path in meshes:
+                self._meshes[path] = pool.submit(simplify, path)
+
+    def simplify_rest(self) -> dict[str, Any]:
+        """Simplify the meshes that the process has not begun with; return them by file."""
+        from gaitopt.view.robot_shapes import file_parts
+
+        rest = [path for path, job in reversed(self._meshes.items()) if job.cancel()]
+        return {path: file_parts(path) for path in rest}
 
     def begin(self, draw: Callable[..., Drawn], *facts: object) -> Callable[[], Drawn]:
         """Begin to draw.
@@ -58,33 +90,11 @@ class DrawingWorker:
 
         return result
 
-
-@contextlib.contextmanager
-def drawing_worker(get_ready: Callable[[], None] | None) -> Iterator[DrawingWorker]:
-    """Get ready to draw if there is a core for it; wait for what was begun at the end.
-
-    Where processes can be copied, the one that will draw is a copy of this one.
-
-    Args:
-        get_ready: called by the process that will draw: it loads what that needs, meanwhile. None
-            where nothing will be drawn that would be worth it.
-    """
-    if get_ready is None or spare_cores() < 1.0:
-        yield DrawingWorker()
-        return
-    from concurrent.futures import ProcessPoolExecutor  # slow to import, and seldom needed
-
-    try:
-        pool = ProcessPoolExecutor(1, worker_context(), initializer=serve_parent)
-        with without_ctrl_c():
-            ready = pool.submit(get_ready)
-    except (OSError, RuntimeError, NotImplementedError):  # no more processes are to be had
-        yield DrawingWorker()
-        return
-    try:
-        yield DrawingWorker(pool)
-    finally:
-        shut_down(pool, at_once=not ready.done())  # if nothing was drawn yet, and nothing will be
+    def close(self) -> None:
+        """Wait for what was begun; end the process at once if it is not even ready."""
+        if self.pool is not None:
+            jobs = (*self._ready, *self._meshes.values())
+            shut_down(self.pool, at_once=not all(job.done() for job in jobs))
 
 
 def spare_cores() -> float:
@@ -144,10 +154,12 @@ def _work(work: Callable[[], object]) -> None:
         sys.exit(1)
 
 
-def draw_page(gait: Gait) -> str:
-    """Return the text of the page of a gait; see `write_page`."""
+def draw_page(gait: Gait, parts: Mapping[str, Any] | None = None) -> str:
+    """Return the text of the page of a gait, see `write_page`, with meshes already simplified."""
     from gaitopt.view.page import page_text
+    from gaitopt.view.robot_shapes import take_parts
 
+    take_parts(parts or {})
     return str(page_text(gait))
 
 
@@ -160,15 +172,43 @@ def ready_for_figures() -> None:
     rendered(figure, "png")  # loads the fonts, the grammar of formulas and the renderer too
 
 
-def ready_for_page(urdf: str, package_dirs: tuple[str, ...]) -> None:
-    """Load what a page needs, and simplify the meshes of a robot: that takes longer than a gait."""
+def ready_for_page() -> None:
+    """Load what a page needs."""
+    import gaitopt.view.page  # noqa: F401
+    from gaitopt.view.viewer import packed_viewer
+
+    packed_viewer()  # which is kept
+
+
+def simplify(path: str) -> None:
+    """Simplify a mesh file, which is kept: those of a robot take longer than a gait."""
+    from gaitopt.view.robot_shapes import file_parts
+
+    file_parts(path)
+
+
+def mesh_files(urdf: str, package_dirs: tuple[str, ...]) -> list[str]:
+    """Return the mesh files that a robot is drawn with, the largest first.
+
+    Args:
+        urdf: text of its file.
+        package_dirs: where its meshes are.
+    """
+    if "<mesh" not in urdf:
+        return []
+    import coal
     import pinocchio as pin
 
     from gaitopt.errors import GaitoptError
     from gaitopt.importers.reader import read_source
-    from gaitopt.view.robot_shapes import file_parts, unloaded
+
+    sizes: dict[str, int] = {}
+
+    def note(path: str, _scale: object) -> coal.BVHModelBase:
+        with contextlib.suppress(OSError):
+            sizes[path] = os.stat(path).st_size
+        return coal.BVHModelOBB()
 
     with contextlib.suppress(GaitoptError):  # which the page will say
-        shapes = read_source(urdf, package_dirs).geometry(pin.GeometryType.VISUAL, load=unloaded)
-        for item in () if shapes is None else shapes.geometryObjects:
-            file_parts(item.meshPath)
+        read_source(urdf, package_dirs).geometry(pin.GeometryType.VISUAL, load=note)
+    return sorted(sizes, key=lambda path: -sizes[path])

@@ -12,7 +12,7 @@ sharp.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
 from itertools import pairwise
@@ -637,8 +637,20 @@ def file_parts(path: str) -> tuple[Part, ...] | None:
     return None
 
 
+def take_parts(parts: Mapping[str, tuple[Part, ...] | None]) -> None:
+    """Keep parts of mesh files, by path, that another process made, as `file_parts` has them."""
+    for path, made in parts.items():
+        _made[path] = made
+        file_parts(path)
+
+
+_made: dict[str, tuple[Part, ...] | None] = {}  # to be kept
+
+
 @lru_cache(maxsize=256)
 def _file_parts(path: str, _changed: int, _size: int) -> tuple[Part, ...] | None:
+    if path in _made:
+        return _made.pop(path)
     mesh = read_mesh(path)
     return None if mesh is None else mesh_parts(mesh)
 

@@ -9,6 +9,7 @@ import json
 import sys
 import warnings
 from collections.abc import Iterable, Sequence
+from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec, module_from_spec
 from pathlib import Path
@@ -140,6 +141,7 @@ def viewer_root() -> Path:
     return Path(_SPEC.origin).parent / "viewer" / "dist"
 
 
+@cache
 def packed_viewer() -> str:
     """Return MeshCat's viewer, which the MeshCat package carries, packed.
 

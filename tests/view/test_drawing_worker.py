@@ -3,6 +3,7 @@ import re
 import signal
 import sys
 import time
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 
@@ -14,11 +15,10 @@ from sample_gait import sample_gait
 from gaitopt.errors import InputError
 from gaitopt.view import drawing_worker as module
 from gaitopt.view.drawing_worker import (
+    DrawingWorker,
     draw_figures,
     draw_page,
-    drawing_worker,
-    ready_for_figures,
-    ready_for_page,
+    mesh_files,
     spare_cores,
 )
 from gaitopt.view.figures import FIGURES
@@ -30,7 +30,8 @@ NAMES = [f"{name}.png" for name in FIGURES]
 def test_another_process_draws_and_if_it_dies_this_one_does(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
     (tmp_path / "file").write_text("")
-    with drawing_worker(ready_for_figures) as worker:
+    with closing(DrawingWorker()) as worker:
+        worker.get_ready(figures=True)
         files = worker.begin(draw_figures, sample_gait(), tmp_path / "a")()
         with pytest.raises(InputError, match="cannot make the directory"):
             worker.begin(draw_figures, sample_gait(), tmp_path / "file" / "x")()
@@ -43,13 +44,15 @@ def test_another_process_draws_and_if_it_dies_this_one_does(tmp_path, monkeypatc
 
 def test_a_copy_draws_half_and_if_it_dies_the_worker_does_all(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
-    with drawing_worker(ready_for_figures) as worker:
+    with closing(DrawingWorker()) as worker:
+        worker.get_ready(figures=True)
         ended = worker.begin(exit_codes)()
     copied = sys.platform.startswith("linux")
     assert ended == ([0, 1, -signal.SIGKILL] if copied else [None] * 3)
     assert capfd.readouterr().err == ""
     monkeypatch.setattr(module, "_work", lambda _: kill_myself())
-    with drawing_worker(ready_for_figures) as worker:
+    with closing(DrawingWorker()) as worker:
+        worker.get_ready(figures=True)
         files = worker.begin(draw_figures, sample_gait(), tmp_path)()
     assert [f.name for f in files] == NAMES == [f.name for f in files if f.stat().st_size]
 
@@ -71,22 +74,45 @@ def test_a_process_that_is_no_worker_is_not_copied():
     assert module._copy_that_does(os.getpid) is None
 
 
-def test_a_page_with_meshes_is_the_same_from_another_process(tmp_path, monkeypatch):
-    """But for the names of objects, which MeshCat draws by lot."""
+@pytest.mark.parametrize("begun", [0, 1, 5])
+def test_a_page_with_meshes_is_the_same_from_two_processes(begun, tmp_path, monkeypatch):
+    """But for the names of objects, which MeshCat draws by lot; whoever simplified the meshes."""
     monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
     corners, faces = capsule(0.05, 0.1)
     records = np.zeros(len(faces), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("", "<u2")])
-    records["corners"] = corners[faces]
-    head = bytes(80) + len(faces).to_bytes(4, "little")
-    (tmp_path / "capsule.stl").write_bytes(head + records.tobytes())
-    mesh = rf'\1<geometry><mesh filename="{tmp_path / "capsule.stl"}"/></geometry>'
-    drawn = r"(<visual>(?:(?!</visual>).)*?)<geometry>.*?</geometry>"
     gait = sample_gait()
-    gait = replace(gait, urdf=re.sub(drawn, mesh, gait.urdf, flags=re.DOTALL))
-    with drawing_worker(partial(ready_for_page, gait.urdf, ())) as worker:
-        there = worker.begin(draw_page, gait)()
+    drawn = r"(<visual>(?:(?!</visual>).)*?)<geometry>.*?</geometry>"
+    parts = re.split(drawn, gait.urdf, flags=re.DOTALL)
+    for number, place in enumerate(range(1, len(parts), 2)):
+        path = tmp_path / f"{number}.stl"
+        records["corners"] = (1.0 + 0.1 * number) * corners[faces]
+        head = bytes(80) + len(faces).to_bytes(4, "little")
+        path.write_bytes(head + records.tobytes() + bytes(number))
+        parts[place] += f'<geometry><mesh filename="{path}"/></geometry>'
+    gait = replace(gait, urdf="".join(parts))
+    files = mesh_files(gait.urdf, ())
+    assert files == [str(tmp_path / f"{n}.stl") for n in reversed(range(len(files)))]
+    assert len(files) > 5
+    with closing(DrawingWorker()) as worker:
+        worker.get_ready(meshes=files)
+        for job in list(worker._meshes.values())[:begun]:
+            job.result()
+        own = worker.simplify_rest()
+        assert set(own) <= set(files[begun:])
+        there = worker.begin(draw_page, gait, own)()
     assert b"normal" in lots_apart(there)  # of simplified meshes
     assert lots_apart(there) == lots_apart(draw_page(gait))
+
+
+def test_meshes_and_the_page_are_made_here_if_the_process_dies(monkeypatch):
+    monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
+    with closing(DrawingWorker()) as worker:
+        worker.get_ready(meshes=["no such file"])
+        for process in list(worker.pool._processes):
+            os.kill(process, signal.SIGKILL)
+        assert worker.simplify_rest() in ({}, {"no such file": None})
+        page = worker.begin(draw_page, sample_gait(), {})()
+    assert lots_apart(page) == lots_apart(draw_page(sample_gait()))
 
 
 def lots_apart(page):
@@ -94,18 +120,25 @@ def lots_apart(page):
     return re.sub(rb"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", b"", scene)
 
 
+def sleep_long():
+    time.sleep(3600.0)
+
+
 def test_what_is_not_wanted_any_more_is_not_waited_for(monkeypatch):
     monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
     began = time.monotonic()
-    with pytest.raises(KeyboardInterrupt), drawing_worker(partial(time.sleep, 3600.0)):
-        raise KeyboardInterrupt
+    monkeypatch.setattr(module, "ready_for_figures", sleep_long)
+    with closing(DrawingWorker()) as worker:
+        worker.get_ready(figures=True)
+        assert worker.pool is not None
     assert time.monotonic() - began < 1800.0
 
 
-@pytest.mark.parametrize(("ready", "spare"), [(None, 1.0), (ready_for_figures, 0.8)])
-def test_no_process_is_started_for_nothing(ready, spare, monkeypatch):
+@pytest.mark.parametrize(("figures", "spare"), [(False, 1.0), (True, 0.8)])
+def test_no_process_is_started_for_nothing(figures, spare, monkeypatch):
     monkeypatch.setattr(module, "spare_cores", lambda: spare)
-    with drawing_worker(ready) as worker:
+    with closing(DrawingWorker()) as worker:
+        worker.get_ready(figures=figures)
         assert worker.pool is None
 
 
