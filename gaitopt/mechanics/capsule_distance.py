@@ -328,7 +328,7 @@ class CapsuleGaps(PostureQuantity):
     def _near(self, placed: Placements) -> Nearest:
         frames = placed.frames.take(self._carriers, axis=0)
         count = frames.shape[1]
-        ends = (frames.reshape(len(frames), -1, 4) @ self._local).reshape(-1, count, 4, 2)
+        ends = (frames.reshape(len(frames), -1, 4) @ self._local).reshape(len(frames), count, 4, 2)
         ends = np.ascontiguousarray(ends.transpose(3, 2, 0, 1)[:, :3])  # (2, 3, capsules, N)
         sides = (ends.take(side, axis=2).reshape(2, 3, -1) for side in self.sides)
         (start, p), (begin, q) = sides

@@ -99,8 +99,8 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         foot = int(samples.standing[row])
         J, needed = sole_jacobian(robot, data, foot), data.qfrc_inverse
         if samples.contact[row, 1 - foot]:  # how both share the load is the gait's choice
-            R, own = robot.sole_axes(data, 1 - foot), samples.wrench[row, 1 - foot]
-            pushed = np.concatenate([R @ own[:3], R @ own[3:]])
+            R, borne = robot.sole_axes(data, 1 - foot), samples.wrench[row, 1 - foot]
+            pushed = np.concatenate([R @ borne[:3], R @ borne[3:]])
             needed = needed - sole_jacobian(robot, data, 1 - foot).T @ pushed
         ground = np.linalg.solve(J[:, :6].T, needed[:6])
         torque[row] = (needed - J.T @ ground) @ robot.free(data.qpos)[:, 6:]
