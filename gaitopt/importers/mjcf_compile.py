@@ -208,8 +208,7 @@ def _without_pictures(spec: Any) -> None:
 def _without_scene(spec: Any) -> tuple[tuple[str, ...], frozenset[str]]:
     """Take away the contact pairs with geoms of the scene that includes the robot's file.
 
-    Returns:
-        Names of those geoms, and of the robot's that touch them.
+    Return names of those geoms, and of the robot's that touch them.
     """
     own = {geom.name for geom in spec.geoms}
     scene: dict[str, None] = {}
@@ -228,11 +227,8 @@ def _place_meshes(
 ) -> tuple[dict[str, str], tuple[str, ...]]:
     """Give every mesh that MuJoCo must read its path, and every other one a stand-in.
 
-    Most meshes are there to be seen or touched; MuJoCo would spend seconds on their hulls.
-
-    Returns:
-        By name of the mesh: its file, from the directory of the robot's file; and the files that
-        are lost.
+    Most meshes are there to be seen or touched; MuJoCo would spend seconds on their hulls. Return
+    by name of the mesh its file, from the directory of the robot's file, and the files lost.
 
     Raises:
         RobotError: a mass depends on a lost file.
@@ -433,8 +429,7 @@ def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element
 def whole_mjcf(tree: XmlTree, base: Path | None) -> XmlTree:
     """Return a document with the included files merged, one section of each kind.
 
-    Args:
-        base: directory of the main file, None for text.
+    They are found from a directory; text alone, without one, includes nothing.
 
     Raises:
         RobotError: an included file cannot be read, or includes itself.

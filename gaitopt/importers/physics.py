@@ -220,10 +220,9 @@ def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
 
 
 def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
-    """Return the ties of joints to those that follow no other.
+    """Return the ties of joints to those that follow no other, by the joint that follows.
 
-    Returns:
-        The ties by joint; by joint what is wrong with those of a circle, or that lead into one.
+    And by joint what is wrong with those of a circle, or that lead into one.
     """
     found, faults = {}, {}
     for name, tie in ties.items():

@@ -125,16 +125,13 @@ class Source(ABC):
         links: Collection[str] | None = None,
         load: LoadMesh | None = None,
     ) -> pin.GeometryModel | None:
-        """Return the geometry of `model()`, without the meshes of `mesh_problems`.
+        """Return the geometry of `model()` without the meshes at fault; None if there is none.
 
         Meshes of Collada files that lie on their side are turned upright (see `meshes`).
 
         Args:
             kind: what is drawn (VISUAL) or what touches (COLLISION).
             load: reads the mesh files of a URDF; by default they are read once, whoever asks.
-
-        Returns:
-            The geometry; None where there is none.
 
         Raises:
             RobotError: a mesh file of an MJCF is there, but is not one that can be read; a URDF

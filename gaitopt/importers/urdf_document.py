@@ -518,8 +518,7 @@ def _check_one_root(
 def check_spelling(tree: XmlTree) -> list[FileProblem]:
     """Check that every link and joint says each thing once, under its own name.
 
-    Returns:
-        What is passed over although it looks as if it was meant.
+    Return what is passed over although it looks as if it was meant.
 
     Raises:
         RobotError: an element is there twice, or one that motion depends on is misspelt.

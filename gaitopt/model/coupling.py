@@ -153,15 +153,13 @@ class CoupledMotion:
     def curvature(self, by_motion: Array, weights: Array, torque: Array) -> tuple[Array, ...]:
         """Return what the motion of joints that follow by bends bends by itself.
 
-        Of weights . S' torque, the parts in which only S and the motion are differentiated twice.
+        Of weights . S' torque, the parts in which only S and the motion are differentiated twice:
+        blocks (z, z), (z, dz), (dz, dz) and (z, ddz), shape (N, m, m) each.
 
         Args:
             by_motion: its derivative in q, dq, ddq of all joints, shape (N, 3 n).
             weights: of the free joints' torques, shape (N, m).
             torque: of all joints [N·m], shape (N, n).
-
-        Returns:
-            Blocks (z, z), (z, dz), (dz, dz) and (z, ddz), shape (N, m, m) each.
         """
         _, _, second, third, fourth = self.orders
         dz, ddz = self._rate, self._acceleration
@@ -228,11 +226,7 @@ class Coupling:
         return (values @ self.member)[..., None] * np.eye(len(self.free))
 
     def orders(self, free: Array) -> Array:
-        """Return f and its derivatives up to the fourth, from the free joints' (..., m).
-
-        Returns:
-            Shape (5, ..., n).
-        """
+        """Return f and its derivatives up to the fourth (5, ..., n), from free joints (..., m)."""
         z, degree = free[..., self.motor], self.coefficients.shape[1]
         found = np.zeros((_ORDERS, *z.shape))
         powers = [z**k for k in range(degree)]

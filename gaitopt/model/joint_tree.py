@@ -126,11 +126,8 @@ class JointTree:
     def joined(self, upper: Array, lower: Array) -> Array:
         """Return a table of pairs of joints (..., n, n) from closed forms for either order.
 
-        Args:
-            upper: used at [i, j] where joint i is joint j or moves it.
-            lower: used at [i, j] where joint j moves joint i.
-
-        Joints of different branches move no body in common; their entries are zero.
+        At [i, j] it is `upper` where i is j or moves it, `lower` where j moves i, and zero for
+        joints of different branches, which move no body in common.
         """
         above, below = self._related
         return np.asarray(upper * above + lower * below)
@@ -209,10 +206,9 @@ def lock_upper_body(
 def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
     """Return the same robot as a tree rooted at the stance sole.
 
-    Returns:
-        A model whose joint 1 is a free-flyer at the stance sole (held still while the foot
-        stands), followed by the stance leg from ankle to hip, the swing leg from hip to ankle and
-        all other branches, each depth first (see `JointTree`).
+    Joint 1 is a free-flyer at the stance sole (held still while the foot stands), followed by the
+    stance leg from ankle to hip, the swing leg from hip to ankle and all other branches, each depth
+    first (see `JointTree`).
     """
     rooted = pin.Model()
     rooted.name = model.name

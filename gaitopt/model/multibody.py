@@ -138,11 +138,7 @@ class Multibody:
         return np.asarray(order[np.searchsorted(self.moving, self.tied_to, sorter=order)])
 
     def followers(self, angles: Array) -> tuple[Array, Array, Array]:
-        """Return tied joints and their two derivatives, from angles followed (..., t) [rad].
-
-        Returns:
-            Each of shape (..., t).
-        """
+        """Return tied joints and two derivatives (..., t) at angles that they follow [rad]."""
         value, slope = angles * self.tie[:, 0], np.broadcast_to(self.tie[:, 0], angles.shape)
         value, second = value + self.tie[:, 1], np.zeros(angles.shape)
         if self.bends:
@@ -420,11 +416,10 @@ def checked_multibody(body: Multibody) -> Multibody:
 def _placements(
     whole: pin.Model, even: pin.Model, q: Array, moves: set[str]
 ) -> tuple[Array, list[tuple[int, pin.SE3]]]:
-    """Return the joints' placements, and for each body the one of `even` it belongs to.
+    """Return the joints' placements in the parent's body (M, 4, 4).
 
-    Returns:
-        Placements in the parent's body (M, 4, 4); for each body of `whole`, from the base on, the
-        joint of `even` that moves it and its frame in that joint's.
+    And for each body of `whole`, from the base on, the joint of `even` that moves it and its frame
+    in that joint's.
     """
     data = whole.createData()
     pin.forwardKinematics(whole, data, q)

@@ -91,15 +91,15 @@ class Robot:
         sole: Sole | None = None,
         moving: Collection[str] = (),
     ) -> Robot:
-        """Read a biped from URDF text or from a URDF file; find out what is not fixed.
+        """Read a biped from a URDF or MJCF file, or its text; find out what is not fixed.
 
         Args:
             urdf: the text itself, or the path of a file.
-            choices: what to take instead of what would be found.
+            choices: what to take instead of what would be found; the other arguments go before it.
             stance_sole, swing_sole: names of the sole frames (x forward, y left, z up, in the
-                plane of the sole), as in `choices`.
-            sole: rectangle of the sole, as in `choices`.
-            moving: joints beside the legs' that are not locked, as in `choices`.
+                plane of the sole).
+            sole: rectangle of the sole.
+            moving: joints beside the legs' that are not locked.
 
         Raises:
             RobotError: the URDF cannot be read, or is not a biped with two mirrored legs.

@@ -31,13 +31,9 @@ REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y l
 
 
 def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
-    """Return a point on and the direction of all joint axes at the neutral posture.
+    """Return points on and directions of all joint axes at the neutral posture, (n, 3) each.
 
-    Args:
-        pelvis: placement of the pelvis in the world at the neutral posture.
-
-    Returns:
-        Points and unit axes in the pelvis frame, each of shape (n, 3).
+    In the frame of the pelvis, given its placement in the world at that posture.
     """
     posed = pose_model(model, pin.neutral(model))
     points = np.array([pelvis.actInv(p.translation) for p in posed.placements[2:]])

@@ -186,11 +186,10 @@ class FootShape:
 def foot_points(source: Source, model: pin.Model, foot_joint: int) -> FootShape | None:
     """Return the shape of all links that the last joint of a leg carries.
 
-    Args:
-        model: its model, or one made from it by locking joints; links keep their names.
+    The collision geometry, where there is none what is drawn, None where there is neither.
 
-    Returns:
-        The collision geometry, where there is none what is drawn, None where there is neither.
+    Args:
+        model: of the source, or one made from it by locking joints; links keep their names.
 
     Raises:
         RobotError: a mesh file of the foot cannot be read.

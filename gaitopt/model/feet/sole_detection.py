@@ -96,10 +96,9 @@ class Rectangle:
     others: tuple[tuple[str, Rectangle], ...] = ()
 
     def seen_from(self, origin: Array) -> tuple[Sole, tuple[str, ...]]:
-        """Return the sole seen from there [m], shape (3,), as wide to the left as to the right.
+        """Return the sole seen from there [m], shape (3,), and a warning if it lost much.
 
-        Returns:
-            The sole, and a warning if that took something away.
+        It is as wide to the left as to the right.
 
         Raises:
             RobotError: the sole frames lie beside the soles.
@@ -394,11 +393,7 @@ def _leaning(shape: FootShape, points: Array) -> str:
 def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) -> Edges:
     """Return the largest rectangle along the axes in the convex hull of points (n, 2).
 
-    Args:
-        least: extent along x and y that it must have [m].
-
-    Returns:
-        Its edges; of no area if the hull has none.
+    It has at least some extents along x and y [m], and no area if the hull has none.
     """
     points = np.unique(np.round(points, 12), axis=0)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -412,13 +407,10 @@ def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) ->
 
 
 def convex_polygon(points: Array) -> Array:
-    """Return the corners of the convex hull of points (n, 2) of a plane, counterclockwise.
+    """Return the corners (m, 2) of the convex hull of points (n, 2) of a plane, counterclockwise.
 
-    Andrew, "Another efficient algorithm for convex hulls in two dimensions", Information
-    Processing Letters 9 (1979).
-
-    Returns:
-        Shape (m, 2); two corners or one where all points lie on one line.
+    Two corners or one where all points lie on one line. Andrew, "Another efficient algorithm for
+    convex hulls in two dimensions", Information Processing Letters 9 (1979).
     """
     ordered = [(float(x), float(y)) for x, y in np.unique(points, axis=0)]
     if len(ordered) < 3:

@@ -159,13 +159,9 @@ def level_feet(
     names: tuple[str | None, str | None],
     rotation: Array,
 ) -> tuple[Stance, list[Finding]]:
-    """Turn the feet about their ankles until their soles are level, where they are not.
+    """Return the robot with level soles, the feet turned about their ankles, and what was turned.
 
-    Args:
-        names: of the sole frames that the user named; their axes count, whatever the shape.
-
-    Returns:
-        The robot with flat feet, and what had to be turned.
+    Axes of the sole frames that the user named (`names`) count, whatever the shape.
     """
     places, findings = list(stance.places), []
     turns = [_turn(stance, side, shapes[side], names[side]) for side in (0, 1)]
@@ -209,13 +205,10 @@ def _turn(stance: Stance, side: int, shape: FootShape | None, name: str | None) 
 
 
 def standing_legs(source: Source, posed: PosedModel, choices: ImportOptions) -> LegPair:
-    """Return the two legs and their upward direction.
+    """Return the two legs and their upward direction, which the user may give.
 
     Up is an axis of the root link if the legs mirror each other in an upright plane along it. If
     that plane leans, up is square to both soles where they agree, else it lies in the plane.
-
-    Args:
-        choices: of the user; a given `up` counts as it is.
 
     Raises:
         RobotError: there are no two legs.

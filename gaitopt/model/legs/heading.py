@@ -96,12 +96,10 @@ class Heading:
 def find_heading(legs: tuple[LegLines, LegLines], up: Array, forward: Axis | None) -> Heading:
     """Return forward, left and up in the root link, and which leg is the right one.
 
-    Left is along the line through the hips. Forward is where the feet are longer or, if that does
-    not tell, against the side on which the knees take the shanks when they bend. Where the two
-    contradict each other, the one counts that has the root's x axis forward, as is usual.
-
-    Args:
-        up: upward axis in the root link, shape (3,).
+    Left is along the line through the hips, square to up, shape (3,). Forward is where the feet are
+    longer or, if that does not tell, against the side on which the knees take the shanks when they
+    bend. Where the two contradict each other, the one counts that has the root's x axis forward, as
+    is usual.
 
     Raises:
         RobotError: front and back cannot be told apart, or the given axis is not level.

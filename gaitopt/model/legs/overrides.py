@@ -43,10 +43,7 @@ TORSO, PELVIS = "torso", "pelvis"
 def override(
     model: pin.Model, overrides: tuple[LimitOverride, ...]
 ) -> tuple[pin.Model, list[Finding]]:
-    """Return a copy of the model with the limits replaced, and what was replaced.
-
-    Args:
-        overrides: the later one counts where two match.
+    """Return a copy of the model with the limits replaced, the later where two match, and how.
 
     Raises:
         RobotError: a pattern matches no joint with one coordinate, or leaves it an empty range; or
@@ -132,8 +129,7 @@ def override_bodies(
 ) -> tuple[pin.Model, list[Finding], frozenset[str]]:
     """Return a copy of the model with links replaced, what was replaced, and their names.
 
-    Args:
-        model: free-flyer and joints; its frames know the bodies of their links.
+    The later override counts where two match; frames of the model know the bodies of their links.
 
     Raises:
         RobotError: a pattern matches no link, or leaves a body that cannot be.
@@ -235,10 +231,9 @@ def _body_words(entry: InertiaOverride, before: dict[str, pin.Inertia]) -> str:
 def add_payloads(
     model: pin.Model, payloads: Iterable[Payload], legs: LegJoints
 ) -> tuple[tuple[Payload, ...], list[Finding]]:
-    """Fix loads to the links of a model, in place.
+    """Fix loads to the links of a model, in place; return them with links and places of the file.
 
-    Returns:
-        The loads with names of links of the file and with their places; what is said of them.
+    And what is said of them.
 
     Raises:
         RobotError: there is no link of that name.

@@ -33,10 +33,8 @@ _TIED = 0.01  # rad, m: angles of a pose are rounded, those of joints that follo
 def reference_angles(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
     """Return the angles of the reference posture by joint [rad, m], others being 0.
 
-    Args:
-        choices: names the pose, or gives the angles. A pose of the SRDF may name joints that the
-            robot does not have: one file often serves several variants. A name without an SRDF, or
-            after "keyframe:", is that of a keyframe of the robot's file.
+    A pose of the SRDF may name joints that the robot does not have: one file often serves several
+    variants. A name without an SRDF, or after "keyframe:", is that of a keyframe of the robot.
 
     Raises:
         RobotError: the SRDF cannot be read or is given for nothing, there is no such pose, or an
@@ -159,14 +157,10 @@ def reference_configuration(model: pin.Model, angles: Angles) -> Array:
 def with_ties(
     model: pin.Model, q: Array, ties: Mapping[str, Tie], given: Collection[str]
 ) -> tuple[Array, dict[str, str]]:
-    """Return a configuration with the joints that follow others where those put them.
+    """Return a configuration (nq,) [rad] with the joints that follow others where those put them.
 
-    Args:
-        q: its configuration [rad], shape (nq,).
-        given: joints that a person, or the file, put where they are; these stay there.
-
-    Returns:
-        The configuration, and in words, by joint, which of the given are where they cannot be.
+    Joints that are `given`, by a person or the file, stay where they are; which of them are where
+    they cannot be comes second, by joint, in words.
     """
     found, apart = q.copy(), dict[str, str]()
     for name, tie in ties.items():

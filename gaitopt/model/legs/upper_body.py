@@ -149,8 +149,7 @@ def moving_joints(
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the joints that move, and the place of each one's partner among them, shape (n,) each.
 
-    Returns:
-        The stance leg from ankle to hip, the swing leg from hip to ankle, then the others.
+    The stance leg from ankle to hip, the swing leg from hip to ankle, then the others.
     """
     joints = (*legs[stance][::-1], *legs[1 - stance])
     partner = dict(zip(joints, joints[::-1], strict=True))
