@@ -296,30 +296,21 @@ def motor_angles(linkage: Linkage, joints: JointPair, q: Array) -> MotorAngles:
         q: angles of the joints, shape (K, m) [rad].
     """
     count, m = q.shape
-    none = np.zeros((count, m, m, m))
     if linkage.jacobian:
         J = np.array(linkage.jacobian)
+        none = [np.zeros((count, *(m,) * order)) for order in range(5)]
         constant = np.broadcast_to(J, (count, m, m))
-        far = Reach(np.zeros((count, m)), np.zeros((count, m, m)), none)
-        return MotorAngles(constant, none, np.zeros((count, m, m, m, m)), q @ J.T, far)
-    angle, jacobian = np.zeros((count, m)), np.zeros((count, m, m))
-    first, second = np.zeros((count, m, m, m)), np.zeros((count, m, m, m, m))
-    reach = Reach(np.zeros((count, m)), np.zeros((count, m, m)), np.zeros((count, m, m, m)))
+        return MotorAngles(constant, none[3], none[4], q @ J.T, Reach(*none[1:4]))
     each = [_crank_angle(rod, joints, q) for rod in linkage.rods]
     if (closure := linkage.closure) is not None:
         each = list(zip(motor_series(closure, q), _shares(closure, q), strict=True))
-    for row, (theta, cosine) in enumerate(each):
-        reach.cosine[:, row] = cosine.value
-        angle[:, row] = theta.at(())
-        for j in range(m):
-            jacobian[:, row, j] = theta.at((j,))
-            reach.first[:, row, j] = cosine.at((j,))
-            for k in range(m):
-                reach.second[:, row, j, k] = cosine.at((j, k))
-                first[:, row, j, k] = theta.at((j, k))
-                for l in range(m):  # noqa: E741
-                    second[:, row, j, k, l] = theta.at((j, k, l))
-    return MotorAngles(jacobian, first, second, angle, reach)
+    angle, jacobian, first, second = (
+        np.stack([theta.derivatives(order, m) for theta, _ in each], axis=1) for order in range(4)
+    )
+    cosines = (
+        np.stack([cosine.derivatives(order, m) for _, cosine in each], axis=1) for order in range(3)
+    )
+    return MotorAngles(jacobian, first, second, angle, Reach(*cosines))
 
 
 def check_linkage(linkage: Linkage, joints: JointPair) -> None:

@@ -13,7 +13,6 @@ from xml.etree import ElementTree as ET
 
 from gaitopt.catalogue.biped_spec import (
     BipedSpec,
-    Geometry,
     JointSpec,
     LinkSpec,
     Vector3,
@@ -240,7 +239,16 @@ def urdf_text(spec: BipedSpec) -> str:
 
 
 def _add_leg(robot: ET.Element, spec: BipedSpec, side: str, sign: float) -> None:
-    origins, parent = _joint_origins(spec.geometry, sign), "torso"
+    geometry, concurrent, parent = spec.geometry, (0.0, 0.0, 0.0), "torso"
+    # Of each joint in the frame of the joint above it, at the zero posture [m].
+    origins: dict[str, Vector3] = {
+        "hip_yaw": (0.0, sign * geometry.d7 / 2.0, 0.0),
+        "hip_roll": concurrent,
+        "hip_pitch": concurrent,
+        "knee": (0.0, sign * geometry.l4, -geometry.d4),
+        "ankle_pitch": (0.0, 0.0, -geometry.d3),
+        "ankle_roll": concurrent,
+    }
     shapes = (*_hip(spec), _thigh(spec, side, sign), _shin(spec, side), _ankle(spec))
     parts = zip(spec.links.leg, (*shapes, _foot(spec, side)), strict=True)
     for (joint, limits), link, (part, drawn) in zip(
@@ -249,35 +257,18 @@ def _add_leg(robot: ET.Element, spec: BipedSpec, side: str, sign: float) -> None
         child = f"{side}_{link}"
         element = _add_link(robot, child, part, sign, drawn)
         if link == "foot":
-            _add_geometry(ET.SubElement(element, "collision"), _sole_box(spec))
+            # The lower face of the box is exactly the sole.
+            long, height = geometry.foot_length, part.size[2]
+            centre = (-geometry.l1 - long / 2.0, 0.0, -geometry.d1 + height / 2.0)
+            sole = box((long, geometry.foot_width, height), centre, "rubber")
+            _add_geometry(ET.SubElement(element, "collision"), sole)
         element = _add_joint(robot, f"{side}_{joint}", "revolute", parent, child, origins[joint])
         ET.SubElement(element, "axis", xyz=_AXES[joint])
         _add_limits(element, limits, mirrored=sign < 0.0 and _AXES[joint] != "0 1 0")
         parent = child
     ET.SubElement(robot, "link", name=f"{side}_sole")
-    sole = (-spec.geometry.l1, 0.0, -spec.geometry.d1)
-    _add_joint(robot, f"{side}_sole_joint", "fixed", parent, f"{side}_sole", sole)
-
-
-def _sole_box(spec: BipedSpec) -> Primitive:
-    """The box whose lower face is exactly the sole, in the frame of the ankle roll joint."""
-    geometry, height = spec.geometry, spec.links.foot.size[2]
-    size = (geometry.foot_length, geometry.foot_width, height)
-    centre = (-geometry.l1 - geometry.foot_length / 2.0, 0.0, -geometry.d1 + height / 2.0)
-    return box(size, centre, "rubber")
-
-
-def _joint_origins(geometry: Geometry, sign: float) -> dict[str, Vector3]:
-    """Position of each joint in the frame of the joint above it, at the zero posture [m]."""
-    concurrent = (0.0, 0.0, 0.0)
-    return {
-        "hip_yaw": (0.0, sign * geometry.d7 / 2.0, 0.0),
-        "hip_roll": concurrent,
-        "hip_pitch": concurrent,
-        "knee": (0.0, sign * geometry.l4, -geometry.d4),
-        "ankle_pitch": (0.0, 0.0, -geometry.d3),
-        "ankle_roll": concurrent,
-    }
+    origin = (-geometry.l1, 0.0, -geometry.d1)
+    _add_joint(robot, f"{side}_sole_joint", "fixed", parent, f"{side}_sole", origin)
 
 
 def _add_joint(

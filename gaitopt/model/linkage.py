@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -93,6 +94,11 @@ class Series:
         """Return the derivative in some variables, (K,)."""
         i, j = variables.count(0), variables.count(1)
         return np.asarray(self.terms[_PLACE[i, j]] * math.factorial(i) * math.factorial(j))
+
+    def derivatives(self, order: int, m: int) -> Array:
+        """Return all derivatives of an order in m variables, shape (K, m, ..., m)."""
+        every = [self.at(variables) for variables in product(range(m), repeat=order)]
+        return np.stack(every, axis=-1).reshape(-1, *(m,) * order)
 
 
 def dot(point: list[Series], direction: Array) -> Series:
