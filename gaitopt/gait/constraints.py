@@ -299,6 +299,63 @@ class JointSpeed(Constraint):
         return _joints(self, context, -limit, limit, _finite(limit))
 
 
+class _OnFoot(Constraint):
+    """What must hold of the ground's wrench on a foot, or of its impulse at an impact."""
+
+    reads: ClassVar = (quantities.WRENCH,)
+
+    def foot(self, context: ConstraintContext) -> str:
+        """Return with which words, of foot and impulse, labels begin."""
+        del context
+        return ""
+
+    def rows(
+        self,
+        context: ConstraintContext,
+        function: QuantityFunction,
+        labels: tuple[str, ...],
+        scale: float,
+        lower: float = 0.0,
+    ) -> ConstraintBlock:
+        """Return rows with a lower limit, wherever the foot bears something.
+
+        Rows of a front foot ask nothing before it stands, where all are 0. They are there all the
+        same, so that extremes are located between the instants.
+        """
+        named = tuple(f"{self.foot(context)}{label}" for label in labels)
+        if self.reads[0] in (quantities.IMPULSE, quantities.REAR_IMPULSE):
+            return self.once(function, named, lower=lower, scale=scale)
+        limits: Array | float = lower
+        if self.reads[0] is quantities.FRONT_WRENCH:
+            limits = np.where(context.swinging, -scale, lower)[:, None]
+        return self.over_step(context, function, named, lower=limits, scale=scale)
+
+
+class _InCone(_OnFoot):
+    """Eqs. (33)-(34): the force, or the impulse, stays inside the friction cone."""
+
+    margins = ("friction",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        smoothing = FORCE_SMOOTHING if self.unit == "N" else IMPULSE_SMOOTHING
+        rounded = smoothing * context.scales.of_unit(self.unit)
+        cone = FrictionCone(context.margins.friction, rounded)
+        return self.rows(context, cone, ("friction cone margin",), _size(context, self.unit))
+
+
+class _InTorsion(_OnFoot):
+    """Beyond (33): |moment about the vertical through the centre of pressure| <= c f_z."""
+
+    margins = ("torsional_friction",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        least, unit = (LEAST_FORCE, "N") if self.unit == "N·m" else (LEAST_IMPULSE, "N·s")
+        coefficient = context.margins.torsional_friction or 0.0
+        torsion = Torsion(coefficient, least * context.scales.of_unit(unit))
+        labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
+        return self.rows(context, torsion, labels, _TORSION * _size(context, self.unit))
+
+
 class Load(Constraint):
     """Eq. (35): the stance foot keeps pressing on the ground."""
 
@@ -315,17 +372,11 @@ class Load(Constraint):
         )  # fmt: skip
 
 
-class Friction(Constraint):
+class Friction(_InCone):
     """Eq. (33): the ground force stays inside the friction cone."""
 
     name, equation, unit, words = "friction", "(33)", "N", "friction on the ground"
-    reads, margins = (quantities.WRENCH,), ("friction",)
     couplings: ClassVar = {"friction": ("load", 1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = _cone(context, FORCE_SMOOTHING, "N")
-        labels = ("friction cone margin",)
-        return self.over_step(context, cone, labels, lower=0.0, scale=_size(context, "N"))
 
 
 class CentreOfPressure(Constraint):
@@ -408,7 +459,7 @@ class SoftLanding(Constraint):
         return self.once(Linear(np.eye(6)[held]), labels, lower=0.0, upper=0.0, scale=scale)
 
 
-class _OfFront(Constraint):
+class _OfFront(_OnFoot):
     """A constraint on the front foot, while both stand."""
 
     reads = (quantities.FRONT_WRENCH,)
@@ -416,21 +467,9 @@ class _OfFront(Constraint):
     def asked(self, context: ConstraintContext) -> bool:
         return context.schedule.closing and super().asked(context)
 
-    def while_both(
-        self,
-        context: ConstraintContext,
-        function: QuantityFunction,
-        labels: tuple[str, ...],
-        lower: float,
-        scale: float,
-    ) -> ConstraintBlock:
-        """Return rows that hold while both feet stand; before, where all are 0, they ask nothing.
-
-        They are there all the same, so that extremes are located between the instants.
-        """
-        limits = np.where(context.swinging, -scale, lower)
-        named = tuple(f"front foot, {label}" for label in labels)
-        return self.over_step(context, function, named, lower=limits[:, None], scale=scale)
+    def foot(self, context: ConstraintContext) -> str:
+        del context
+        return "front foot, "
 
 
 class FrontLoad(_OfFront):
@@ -441,19 +480,14 @@ class FrontLoad(_OfFront):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         rows, labels = Entries(slice(2, 3), 6), ("vertical ground force",)
         least, scale = LEAST_FORCE * context.scales.force, _size(context, self.unit)
-        return self.while_both(context, rows, labels, least, scale)
+        return self.rows(context, rows, labels, scale, least)
 
 
-class FrontFriction(_OfFront):
+class FrontFriction(_InCone, _OfFront):
     """Eq. (33) of the front foot: its force stays inside the friction cone."""
 
     name, equation, unit, words = "front friction", "(33)", "N", "friction under the front foot"
-    margins = ("friction",)
     couplings: ClassVar = {"friction": ("front load", 1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone, scale = _cone(context, FORCE_SMOOTHING, "N"), _size(context, self.unit)
-        return self.while_both(context, cone, ("friction cone margin",), 0.0, scale)
 
 
 class FrontCentreOfPressure(_OfFront):
@@ -466,61 +500,51 @@ class FrontCentreOfPressure(_OfFront):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = _by_edge("centre of pressure")
         moments = Linear(_edge_moments(context, FlatFoot()))
-        return self.while_both(context, moments, labels, 0.0, _size(context, "N·m"))
+        return self.rows(context, moments, labels, _size(context, "N·m"))
 
 
-class FrontTorsion(_OfFront):
+class FrontTorsion(_InTorsion, _OfFront):
     """Beyond (33): the torsional friction of the front foot."""
 
     name, equation, unit = "front torsion", "3.2", "N·m"
-    words, margins = "torsional friction under the front foot", ("torsional_friction",)
+    words = "torsional friction under the front foot"
     couplings: ClassVar = {"torsional_friction": ("front load", 1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = _twist(context, LEAST_FORCE, "N")
-        labels = _by_side("torsional friction margin")
-        return self.while_both(context, torsion, labels, 0.0, _TORSION * _size(context, "N·m"))
 
 
 FRONT = (FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion())
 """What a second foot that stands must keep."""
 
 
-class _OfImpact(Constraint):
+class _OfImpact(_OnFoot):
     """A constraint on an impact, which says nothing of a landing at zero speed."""
+
+    reads: ClassVar = (quantities.IMPULSE,)
 
     def asked(self, context: ConstraintContext) -> bool:
         schedule = context.schedule
         gentle = context.margins.soft_landing or (schedule.closing and not schedule.striking)
         return not gentle and super().asked(context)
 
+    def foot(self, context: ConstraintContext) -> str:
+        del context
+        return "impulse "
+
 
 class ImpulseUp(_OfImpact):
     """Eq. (36): the ground pushes the landing foot up."""
 
     name, equation, unit, words = "impulse", "(36)", "N·s", "vertical impulse at the impact"
-    reads = (quantities.IMPULSE,)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = ("vertical impact impulse",)
         return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=_size(context, "N·s"))
 
 
-class ImpulseFriction(_OfImpact):
+class ImpulseFriction(_InCone, _OfImpact):
     """Eq. (34): the impulse stays inside the friction cone."""
 
     name, equation, unit, words = "impulse friction", "(34)", "N·s", "friction at the impact"
-    reads, margins = (quantities.IMPULSE,), ("friction",)
     couplings: ClassVar = {"friction": ("impulse", 1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = _cone(context, IMPULSE_SMOOTHING, "N·s")
-        return self.once(
-            cone,
-            ("impulse friction cone margin",),
-            lower=0.0,
-            scale=_size(context, "N·s"),
-        )
 
 
 class LiftOff(_OfImpact):
@@ -659,7 +683,7 @@ class ImpulseCentreOfPressure(_OfImpact):
 
     name, equation, unit = "impulse cop", "3.2.3", "N·m·s"
     words = "centre of pressure at the impact"
-    reads, margins = (quantities.IMPULSE,), ("cop_margin", "impulse_cop")
+    margins = ("cop_margin", "impulse_cop")
     couplings: ClassVar = {"cop_margin": ("impulse", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
@@ -753,33 +777,19 @@ class TrunkYaw(_Trunk):
     name, words, margins = "trunk yaw", "turn of the trunk", ("trunk_yaw",)
 
 
-class TorsionalFriction(Constraint):
+class TorsionalFriction(_InTorsion):
     """Beyond (33): |moment about the vertical through the centre of pressure| <= c f_z."""
 
     name, equation, unit, words = "torsion", "3.2", "N·m", "torsional friction under the foot"
-    reads, margins = (quantities.WRENCH,), ("torsional_friction",)
     couplings: ClassVar = {"torsional_friction": ("load", 1.0)}
 
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = _twist(context, LEAST_FORCE, "N")
-        labels = _by_side("torsional friction margin")
-        return self.over_step(
-            context, torsion, labels, lower=0.0, scale=_TORSION * _size(context, "N·m")
-        )
 
-
-class ImpulseTorsion(_OfImpact):
+class ImpulseTorsion(_InTorsion, _OfImpact):
     """Beyond (34): the same of the impulse on the landing foot."""
 
     name, equation, unit = "impulse torsion", "3.2", "N·m·s"
     words = "torsional friction at the impact"
-    reads, margins = (quantities.IMPULSE,), ("torsional_friction",)
     couplings: ClassVar = {"torsional_friction": ("impulse", 1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = _twist(context, LEAST_IMPULSE, "N·s")
-        labels = _by_side("impulse torsional friction margin")
-        return self.once(torsion, labels, lower=0.0, scale=_TORSION * _size(context, "N·m·s"))
 
 
 class LegGap(Constraint):
@@ -869,7 +879,7 @@ class LandingImpulse(_OfImpact):
     """Beyond (36): the ground does not push the landing foot harder than a limit."""
 
     name, equation, unit, words = "landing impulse", "3.2", "N·s", "hardness of the landing"
-    reads, margins = (quantities.IMPULSE,), ("landing_impulse",)
+    margins = ("landing_impulse",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         most = (context.margins.landing_impulse or 0.0) * context.robot.mass
@@ -877,7 +887,7 @@ class LandingImpulse(_OfImpact):
         return self.once(Entries(slice(2, 3), 6), labels, upper=most, scale=_size(context, "N·s"))
 
 
-class _OfRearImpulse(Constraint):
+class _OfRearImpulse(_OnFoot):
     """A constraint on the impulse that a foot takes which stands then, section 2.4.1.
 
     It is the rear foot where both stay, and the stance foot as it comes to lie flat.
@@ -888,6 +898,9 @@ class _OfRearImpulse(Constraint):
     def asked(self, context: ConstraintContext) -> bool:
         schedule = context.schedule
         return (schedule.striking or schedule.slapping) and super().asked(context)
+
+    def foot(self, context: ConstraintContext) -> str:
+        return f"{_struck_foot(context)}, impulse "
 
 
 def _struck_foot(context: ConstraintContext) -> str:
@@ -906,17 +919,12 @@ class RearImpulseUp(_OfRearImpulse):
         return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=_size(context, "N·s"))
 
 
-class RearImpulseFriction(_OfRearImpulse):
+class RearImpulseFriction(_InCone, _OfRearImpulse):
     """Eq. (34) of the rear foot: the impulse stays inside the friction cone."""
 
     name, equation, unit = "rear impulse friction", "(34)", "N·s"
-    words, margins = "friction under the rear foot at the impact", ("friction",)
+    words = "friction under the rear foot at the impact"
     couplings: ClassVar = {"friction": ("rear impulse", 1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        cone = _cone(context, IMPULSE_SMOOTHING, "N·s")
-        labels = (f"{_struck_foot(context)}, impulse friction cone margin",)
-        return self.once(cone, labels, lower=0.0, scale=_size(context, "N·s"))
 
 
 class RearImpulseCentreOfPressure(_OfRearImpulse):
@@ -935,18 +943,12 @@ class RearImpulseCentreOfPressure(_OfRearImpulse):
         return self.once(moments, labels, lower=0.0, scale=_size(context, "N·m·s"))
 
 
-class RearImpulseTorsion(_OfRearImpulse):
+class RearImpulseTorsion(_InTorsion, _OfRearImpulse):
     """Beyond (34): the torsional friction of the rear foot at the impact."""
 
     name, equation, unit = "rear impulse torsion", "3.2", "N·m·s"
     words = "torsional friction under the rear foot at the impact"
-    margins = ("torsional_friction",)
     couplings: ClassVar = {"torsional_friction": ("rear impulse", 1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        torsion = _twist(context, LEAST_IMPULSE, "N·s")
-        labels = _by_side(f"{_struck_foot(context)}, impulse torsional friction margin")
-        return self.once(torsion, labels, lower=0.0, scale=_TORSION * _size(context, "N·m·s"))
 
 
 CONSTRAINTS: tuple[Constraint, ...] = (
@@ -1008,21 +1010,8 @@ def _turning(context: ConstraintContext) -> tuple[bool, bool]:
     return landed, leaving
 
 
-def _cone(context: ConstraintContext, smoothing: float, unit: str) -> FrictionCone:
-    return FrictionCone(context.margins.friction, smoothing * context.scales.of_unit(unit))
-
-
-def _twist(context: ConstraintContext, least: float, unit: str) -> Torsion:
-    coefficient = context.margins.torsional_friction or 0.0
-    return Torsion(coefficient, least * context.scales.of_unit(unit))
-
-
 def _by_edge(words: str) -> tuple[str, ...]:
     return tuple(f"{words}, moment about the {edge} edge" for edge in EDGES)
-
-
-def _by_side(words: str) -> tuple[str, ...]:
-    return tuple(f"{words} to the {side}" for side in ("left", "right"))
 
 
 def _edge_moments(context: ConstraintContext, contact: ContactMode) -> Array:
