@@ -19,8 +19,8 @@ from tables import table
 
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.design import design
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, Search, attempt
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import Design, attempt
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import GaitoptError

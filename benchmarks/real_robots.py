@@ -11,8 +11,7 @@ from common import arguments, reference_task, save, told
 
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.design import design, searched
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Search
+from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.initial_guess import first_guess, perturbed

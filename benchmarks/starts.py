@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from common import arguments, reference_task, robot_of, save
 
-from gaitopt.design.options import SIGMA
-from gaitopt.design.pipeline import Search, is_walk
+from gaitopt.design.options import SIGMA, Search
+from gaitopt.design.pipeline import is_walk
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.gait.initial_guess import first_guess

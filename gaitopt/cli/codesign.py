@@ -123,11 +123,7 @@ def run(given: Settings, asked: CodesignOptions) -> None:
 
 
 def _study_of(given: Settings, asked: CodesignOptions) -> tuple[Study, Request]:
-    """Return the study that is asked for, and the request behind it.
-
-    Raises:
-        InputError: it cannot be read, or the robot is no biped that gaitopt makes.
-    """
+    """Return the study that is asked for, and the request behind it."""
     walks, vary = _asked_walks(asked.speeds, asked.walk), asked.vary
     base = make_request(given, asked.config, {name for _, _, own in walks for name in own})
     spec = biped_spec(base.settings) or base.robot

@@ -286,11 +286,7 @@ def _gait_at(library: Library, values: dict[str, float], plugin: Path | None) ->
 
 
 def _chosen(names: str, known: list[str]) -> list[str]:
-    """Return the names of columns in a text.
-
-    Raises:
-        InputError: there is no such column.
-    """
+    """Return the names of columns in a text."""
     chosen = [name.strip() for name in names.split(",") if name.strip()]
     for name in chosen:
         if name not in known:

@@ -98,11 +98,7 @@ def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Itera
 def _changes(
     suggestion: Suggestion, request: Request, asked: Asked, folder: Path
 ) -> dict[str, object]:
-    """Return the options to change, by name; None for those to leave out.
-
-    Raises:
-        InputError: no options lead to what the suggestion says.
-    """
+    """Return the options to change, by name; None for those to leave out."""
     changes: dict[str, object] = {}
     for change in suggestion.changes:
         if change.setting == "impulse_cop":
@@ -178,11 +174,7 @@ def _file_name(suggestion: Suggestion) -> str:
 
 
 def _folder(request: Request, output: Path | None) -> Path:
-    """Return the directory for the walks of suggestions, made if need be.
-
-    Raises:
-        OSError: it cannot be made.
-    """
+    """Return the directory for the walks of suggestions, made if need be."""
     if output is not None:
         folder = output / FOLDER
         folder.mkdir(parents=True, exist_ok=True)

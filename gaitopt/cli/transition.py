@@ -57,12 +57,7 @@ def run(asked: TransitionOptions) -> None:
 def _designed(
     asked: TransitionOptions, before: Gait | None, after: Gait | None
 ) -> TransitionDesign:
-    """Return the transition, its search shown on the screen.
-
-    Raises:
-        GaitoptError: there is none.
-        typer.Exit: Ctrl-C was pressed before there was one.
-    """
+    """Return the transition, its search shown on the screen."""
     errors, durations = screen(stderr=True), _durations(asked.duration)
     with (
         stop_on_interrupt(announce=not errors.is_terminal) as stop,

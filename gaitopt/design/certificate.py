@@ -149,12 +149,14 @@ def ask_referee(
         turn_rate = free @ swing_jacobian(own, q_end) @ velocity / (free @ free)
         start, landed = np.r_[start, after.foot_motion[1, 0, 0]], np.r_[landed, turn_rate]
     moved, displaced = _front_foot(chain, step)
-    ground = _Ground(wrench, push, weight * step.duration)
+    pull = weight * step.duration
     turned_by = [] if step.landed is None else [0.0]
     turned_by += [] if step.turn is None else [step.turn.angle]
     begin, following = (standing.coupling.motion(one.whole_motion).of_all[:2, 0] for one in starts)
     ends = begin, np.r_[turned_by, q_end], following
-    balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry, ends)
+    balance, vertical = _momentum_balance(
+        chain, step, grid, wrench, push, pull, schedule.symmetry, ends
+    )
     return RefereeVerdict(
         torque=_apart(step.read(quantities.TORQUE), torque[:, step.hinges :], force * length),
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
@@ -165,7 +167,7 @@ def ask_referee(
         rate=_apart(start, landed, rate),
         momentum=balance,
         vertical=vertical,
-        weight=-float(ground.weight[2]),
+        weight=-float(pull[2]),
     )
 
 
@@ -221,41 +223,33 @@ def both(checks: Sequence[RefereeVerdict]) -> RefereeVerdict:
     return RefereeVerdict(**found)
 
 
-@dataclass(frozen=True)
-class _Ground:
-    """What the ground and gravity do to the robot, in the axes of its footprint.
-
-    Attributes:
-        wrench: ground on stance foot at the instants, shape (N, 6) [N, N·m].
-        impulse: ground on landing foot, in its footprint, shape (6,) [N·s, N·m·s].
-        weight: impulse over the step of the weight that nothing else carries, shape (3,) [N·s].
-    """
-
-    wrench: Array
-    impulse: Array
-    weight: Array
-
-
 def _momentum_balance(
     chain: Chain,
     step: Step,
     grid: Grid,
-    ground: _Ground,
+    wrench: Array,
+    push: Array,
+    pull: Array,
     symmetry: Symmetry,
     ends: tuple[Array, Array, Array],
 ) -> tuple[float, float]:
     """Over a step the impulses of ground and weight are the change of momentum.
 
     From just after one impact to just after the next; there the symmetry of the walk
-    makes it what the next step begins with, seen from the foot that has landed. `ends` are angles
-    and rates of all joints of the chain at the start, angles at the end, and angles and rates at
-    the start of the next step.
+    makes it what the next step begins with, seen from the foot that has landed.
+
+    Args:
+        wrench: ground on stance foot at the instants, shape (N, 6) [N, N·m].
+        push: ground on landing foot, in its footprint, shape (6,) [N·s, N·m·s].
+        pull: impulse over the step of the weight that nothing else carries, shape (3,) [N·s].
+        ends: angles and rates of all joints of the chain at the start, angles at the end, and
+            angles and rates at the start of the next step.
 
     Returns:
         The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
     """
     begin, end, following = ends
-    pushed = ground.wrench[:, :3]
+    pushed = wrench[:, :3]
     if step.double is not None:
         pushed = pushed + step.double.front[:, :3] @ step.double.sole.rotation.T
     force = step.duration * grid.weights @ pushed
@@ -266,13 +260,13 @@ def _momentum_balance(
     landed, _ = sole_placement(chain, end)
     if step.landed is not None:  # of the sole; from here on of its footprint
         landed = landed @ step.landed.place.rotation.T
-    push = landed @ ground.impulse[:3]
+    landing = landed @ push[:3]
     start, after = (momentum(chain, *one)[:3] for one in (begin, following))
     change = landed @ (np.array(symmetry.reflection) * after) - start
-    gap = force + push + ground.weight - change
-    size = float(np.linalg.norm(ground.weight))
+    gap = force + landing + pull - change
+    size = float(np.linalg.norm(pull))
     balance = float(np.abs(gap).max())
-    return balance / size if size > 0.0 else balance, float(force[2] + push[2])
+    return balance / size if size > 0.0 else balance, float(force[2] + landing[2])
 
 
 def _apart(a: Array, b: Array, size: float) -> float:

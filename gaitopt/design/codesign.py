@@ -23,8 +23,8 @@ from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.dataclass import dataclass
 from gaitopt.design.audit import problem_of
-from gaitopt.design.options import COUNT, DesignOptions
-from gaitopt.design.pipeline import Search, complete
+from gaitopt.design.options import COUNT, DesignOptions, Search
+from gaitopt.design.pipeline import complete
 from gaitopt.design.refinement import refine
 from gaitopt.design.robot_changes import Anatomy
 from gaitopt.design.sensitivity import Envelope, untold
@@ -53,7 +53,7 @@ from gaitopt.model.import_options import (
     PartChange,
 )
 from gaitopt.model.robot import Robot, cached_workspace
-from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
+from gaitopt.nlp import Array, Solution, Start, Status, Stop, never
 from gaitopt.solvers.hessian import damped_bfgs
 from gaitopt.solvers.sqp import SQP
 
@@ -515,7 +515,7 @@ class WarmWalks:
             first: a walk of each of its cases, with multipliers.
             options: how walks are searched anew.
         """
-        self.study, self.options, self.stop, self.round = study, options, stop, 0
+        self.study, self.search, self.round = study, Search(options, stop=stop), 0
         self.starts, self.solved, self.evaluations = starts, 0, 0
         self.problems = [problem_of(gait) for gait in first]
         self.points = [(gait.parameters, _multipliers(gait)) for gait in first]
@@ -563,7 +563,7 @@ class WarmWalks:
     def _solved(self, problem: WalkProblem, known: WalkProblem, x: Array, y: Array) -> Solution:
         solver = SQP(tolerance=_INNER, max_iterations=_CRAWLS).near_solution()
         start = Start(resized(x, known, problem), y)
-        found = solver.solve(problem, start, None, stopping(self.stop))
+        found = solver.solve(problem, start, None, self.search.ends)
         self.solved, self.evaluations = self.solved + 1, self.evaluations + found.evaluations
         if found.status is Status.INTERRUPTED:
             raise StoppedError(found)
@@ -580,10 +580,11 @@ class WarmWalks:
         for k, ((robot, task), (x, y)) in enumerate(each):
             problem = WalkProblem(robot, task, self.problems[k].grid)
             solver = SQP(tolerance=_INNER)
-            found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
-            problem, found = refine(problem, found, solver, stop=self.stop)
+            found = solver.solve(problem, Start(x, y), None, self.search.ends)
+            problem, found = refine(problem, found, solver, self.search)
             x, y, cost = found.x, found.multipliers, found.cost
-            other = many_starts(robot, task, self.options, count=self.starts, stop=self.stop).design
+            options, stop = self.search.options, self.search.stop
+            other = many_starts(robot, task, options, count=self.starts, stop=stop).design
             if other.solution.cost < (1.0 - _OTHER) * cost:
                 problem, x, y = other.problem, other.solution.x, _multipliers(other.gait)
                 cost = other.solution.cost
@@ -599,8 +600,8 @@ class WarmWalks:
         for walk, known, (x, y) in each:
             problem = WalkProblem(*walk, known.grid)
             solver = SQP(tolerance=_INNER)
-            found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
-            yield complete(problem, found, Search(self.options, stop=self.stop)).gait
+            found = solver.solve(problem, Start(x, y), None, self.search.ends)
+            yield complete(problem, found, self.search).gait
 
 
 def _multipliers(gait: Gait) -> Array:

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.design.certificate import worst_rows
-from gaitopt.design.options import DesignOptions
+from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import (
     Design,
-    Search,
     attempt,
     complete,
     gone_on,
@@ -108,11 +107,7 @@ def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
 
 
 def _guess(problem: WalkProblem, search: Search) -> Array:
-    """Return the first guess (P,), or the walk that a diagnosis finds where there is none.
-
-    Raises:
-        UnreachableError: there is none either; with the diagnosis.
-    """
+    """Return the first guess (P,), or the walk that a diagnosis finds where there is none."""
     try:
         return first_guess(problem)
     except UnreachableError as error:

@@ -32,10 +32,9 @@ from gaitopt.design.conflict import (
     first_tries,
     solve_unless_stopped,
 )
-from gaitopt.design.options import DesignOptions
+from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import (
     Design,
-    Search,
     attempt,
     begins_relaxed,
     complete,
@@ -110,25 +109,17 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Suggestion:
+class Suggestion(Change):
     """A change that makes the walk possible; it was followed, and led to a proven walk.
 
+    Its `setting` is empty where nothing but the way to the walk is changed.
+
     Attributes:
-        setting: field of `Task` or `Margins`, or a property of the robot; empty where nothing but
-            the way to the walk is changed.
-        words: for a person.
-        before, after: its value in the task, and the one with which a walk was found.
-        unit: of both, empty where there is none.
         robot, task, options: as changed.
         found: the design that following it gives, `design(robot, task, options, start=start)`.
         also: what must be changed as well; nothing where one change suffices.
     """
 
-    setting: str
-    words: str
-    before: float
-    after: float
-    unit: str
     robot: Robot
     task: Task
     options: DesignOptions
@@ -234,11 +225,7 @@ def followed(robot: Robot, task: Task, x: Array, search: Search) -> Design | Non
 def _proven(
     problem: WalkProblem, x: Array, search: Search, multipliers: Array | None = None
 ) -> Design | None:
-    """Return the design from x if it is proven.
-
-    Raises:
-        StoppedError: the search was stopped.
-    """
+    """Return the design from x if it is proven."""
     try:
         solution = attempt(problem, search, x, multipliers)
         if search.stop():
@@ -416,11 +403,7 @@ class _Suggesting:
         )  # fmt: skip
 
     def _changed(self, changes: Changes) -> tuple[Robot, Task]:
-        """Return robot and task with settings changed.
-
-        Raises:
-            InputError: a value is out of range.
-        """
+        """Return robot and task with settings changed."""
         robot, task = self.problem.robot, self.problem.task
         for setting, value in changes:
             robot, task = setting.changed(robot, task, value)

@@ -83,11 +83,7 @@ class _Sides:
     limits: Array
 
     def margins(self, problem: WalkProblem, x: Array) -> Array:
-        """Return the distances to the limits, shape (instants, C).
-
-        Raises:
-            EvaluationError: one of them is not finite.
-        """
+        """Return the distances to the limits, shape (instants, C)."""
         value = problem.values(x).rows[self.rows]
         margins = np.where(self.upper, self.limits - value, value - self.limits)
         if not np.isfinite(margins).all():

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
+from typing import TYPE_CHECKING
 
 from gaitopt.bounds import shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
+from gaitopt.nlp import ProgressCallback, Stop, StopCallback, never, stopping
 from gaitopt.settings import check_choices, checked, entry
 from gaitopt.solvers import Solver, solver_by_name
+
+if TYPE_CHECKING:  # else options would load all of a walk
+    from gaitopt.gait.problem import MakeProgress, WalkProblem
 
 PHASE_TIMES = ("best", "given")
 DIFFERENCES = ("none", "constraints", "all")
@@ -83,3 +88,36 @@ class DesignOptions:
                 f"solver is {shown(self.solver)}; give a Solver, as solver_by_name('sqp')"
             )
         check_choices(self)
+
+
+@dataclass(frozen=True)
+class Search:
+    """How walks are searched for, who is told of it, and what ends it.
+
+    Attributes:
+        options: solver, refinement, approach, kind of derivatives.
+        on_progress: makes the progress callback of a walk; None: nobody is told.
+        stop: asked at every iteration; where it says True, the best walk until then is kept.
+    """
+
+    options: DesignOptions = field(default_factory=DesignOptions)
+    on_progress: MakeProgress | None = None
+    stop: Stop = never
+
+    def changed(self, **options: object) -> Search:
+        """Return the same search with other options."""
+        return replace(self, options=replace(self.options, **options))  # type: ignore[arg-type]
+
+    @property
+    def quiet(self) -> Search:
+        """The same of which nobody is told."""
+        return replace(self, on_progress=None)
+
+    @property
+    def ends(self) -> StopCallback:
+        """What a solver asks whether to stop."""
+        return stopping(self.stop)
+
+    def callback(self, problem: WalkProblem) -> ProgressCallback | None:
+        """Return the progress callback of a walk."""
+        return None if self.on_progress is None else self.on_progress(problem)

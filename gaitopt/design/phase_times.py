@@ -13,8 +13,8 @@ from typing import Any
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.design import checked_start
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, Search, attempt, is_walk, landed_softly
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import Design, attempt, is_walk, landed_softly
 from gaitopt.errors import GaitoptError, InputError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem

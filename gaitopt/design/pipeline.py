@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -23,7 +23,7 @@ from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.dataclass import dataclass
 from gaitopt.design.active_set import violated_rows
 from gaitopt.design.certificate import Certificate, certify, on_fine_grid
-from gaitopt.design.options import DesignOptions
+from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.refinement import refine, with_work
 from gaitopt.design.shadow_prices import shadow_prices
 from gaitopt.errors import EvaluationError, InputError
@@ -34,21 +34,17 @@ from gaitopt.gait.functions import Entries, FrictionCone, Linear
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import Layout
-from gaitopt.gait.problem import MakeProgress, WalkProblem
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded import Recorded
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.nlp import (
     NLP,
     Array,
-    ProgressCallback,
     Solution,
     Start,
     Status,
-    Stop,
     kkt_residual,
-    never,
-    stopping,
 )
 from gaitopt.solvers import FiniteDifferenceNLP
 from gaitopt.solvers.two_stage import UNCONFIRMED
@@ -182,34 +178,6 @@ class Design:
         return not self.proven, self.solution.cost
 
 
-@dataclass(frozen=True)
-class Search:
-    """How walks are searched for, who is told of it, and what ends it.
-
-    Attributes:
-        options: solver, refinement, approach, kind of derivatives.
-        on_progress: makes the progress callback of a walk; None: nobody is told.
-        stop: asked at every iteration; where it says True, the best walk until then is kept.
-    """
-
-    options: DesignOptions = field(default_factory=DesignOptions)
-    on_progress: MakeProgress | None = None
-    stop: Stop = never
-
-    def changed(self, **options: object) -> Search:
-        """Return the same search with other options."""
-        return replace(self, options=replace(self.options, **options))  # type: ignore[arg-type]
-
-    @property
-    def quiet(self) -> Search:
-        """The same of which nobody is told."""
-        return replace(self, on_progress=None)
-
-    def callback(self, problem: WalkProblem) -> ProgressCallback | None:
-        """Return the progress callback of a walk."""
-        return None if self.on_progress is None else self.on_progress(problem)
-
-
 _Solve = Callable[[WalkProblem, Start], Solution]
 
 
@@ -224,7 +192,7 @@ def attempt(
 
     def solve(walk: WalkProblem, start: Start) -> Solution:
         solver = options.solver.first_stage
-        return solver.solve(derived(walk, options), start, callback, stopping(search.stop))
+        return solver.solve(derived(walk, options), start, callback, search.ends)
 
     if problem.schedule.striking and multipliers is None:
         return _struck_walk(problem, x, solve)
@@ -309,17 +277,15 @@ def polished(
     """
     problem, solution = landed_softly(problem, solution, search)
     fine, options = on_fine_grid(problem), search.options
-    told = search.on_progress, search.stop
     if options.refine:
         first = options.solver.first_stage.limited(ROUND)
-        problem, solution = refine(problem, solution, first, *told, fine=fine)
-    ends = stopping(search.stop)
-    confirmed = options.solver.confirm(problem, solution, search.callback(problem), ends)
+        problem, solution = refine(problem, solution, first, search, fine=fine)
+    confirmed = options.solver.confirm(problem, solution, search.callback(problem), search.ends)
     if options.refine and _lets_go(fine, solution, confirmed):
         # A row that hardly presses is not held by Newton's method, which then passes it between
         # the samples: hold it there too.
-        finer, again = refine(problem, confirmed, first, *told, fine=fine)
-        again = options.solver.confirm(finer, again, None, ends)
+        finer, again = refine(problem, confirmed, first, search, fine=fine)
+        again = options.solver.confirm(finer, again, None, search.ends)
         if _lets_go(fine, solution, again):
             return problem, replace(with_work(solution, again), solver=UNCONFIRMED), True, fine
         problem, confirmed = finer, again

@@ -54,8 +54,9 @@ from gaitopt.design.active_set import (
 )
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.extremes import Extreme, located
+from gaitopt.design.options import Search
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.problem import MakeProgress, WalkProblem
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import (
     NLP,
     Array,
@@ -64,10 +65,7 @@ from gaitopt.nlp import (
     Solution,
     Start,
     Status,
-    Stop,
     Values,
-    never,
-    stopping,
 )
 from gaitopt.solvers.globalization import RAISE, initial_penalty
 from gaitopt.solvers.hessian import MOST
@@ -406,8 +404,7 @@ def refine(
     problem: WalkProblem,
     solution: Solution,
     solver: Solver,
-    on_progress: MakeProgress | None = None,
-    stop: Stop = never,
+    search: Search,
     *,
     fine: WalkProblem | None = None,
 ) -> tuple[WalkProblem, Solution]:
@@ -415,7 +412,7 @@ def refine(
 
     Args:
         solver: used for every round.
-        stop: where it says True, the walk of the last complete round is kept.
+        search: who is told; where it is stopped, the walk of the last complete round is kept.
         fine: the walk on the certificate's grid, if it is at hand.
 
     Returns:
@@ -429,8 +426,7 @@ def refine(
         return problem, solution
 
     def solve_with(method: Solver, finer: WalkProblem, start: Start) -> Solution:
-        callback = None if on_progress is None else on_progress(finer)
-        return method.solve(finer, start, callback, stopping(stop))
+        return method.solve(finer, start, search.callback(finer), search.ends)
 
     solve, newton = partial(solve_with, solver), quadratic(solver)
     resting: tuple[WalkProblem, Solution] | None = None
@@ -457,8 +453,8 @@ def refine(
             return beside
         resting = resting or found
     crawled = found[1].status is not Status.OPTIMAL  # among rows that are nearly alike
-    if crawled and resting is not None and _proven(fine, resting[1]):
-        return resting
+    if crawled and resting is not None and resting[1].status is Status.OPTIMAL:
+        return found if violated_rows(fine, resting[1].x) else resting
     return found
 
 
@@ -488,11 +484,6 @@ def _held_beside(
     if not is_strict(finer, again) or violated_rows(fine, again.x):
         return None
     return finer, with_work(again, solution)
-
-
-def _proven(fine: WalkProblem, solution: Solution) -> bool:
-    """Return whether a walk is an optimum that keeps its limits between the samples."""
-    return solution.status is Status.OPTIMAL and not violated_rows(fine, solution.x)
 
 
 def is_strict(problem: WalkProblem, solution: Solution) -> bool:

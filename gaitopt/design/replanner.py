@@ -11,8 +11,8 @@ import time
 from collections.abc import Iterator
 
 from gaitopt.dataclass import dataclass
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, Search, attempt, complete, derived, is_walk
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import Design, attempt, complete, derived, is_walk
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, resized

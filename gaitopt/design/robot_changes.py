@@ -105,14 +105,9 @@ class Anatomy:
             levers[:, :, None] * levers[:, None, :]
         )
         self._partner = np.abs(robot.coupling.mirror).argmax(axis=0)
-        self._axes = self._joint_axes()
-
-    def _joint_axes(self) -> Array:
-        """Axes of the joints as the file has them, in the world, shape (n, 3)."""
-        model, tree = self.robot.model, self.robot.tree
-        sign = np.where(np.arange(tree.size) < tree.stance, -1.0, 1.0)
+        sign = np.where(np.arange(n) < tree.stance, -1.0, 1.0)
         turned = np.einsum("jab,jb->ja", self._rotation[1:], joint_axes(model))
-        return np.asarray(sign[:, None] * turned)
+        self._axes = sign[:, None] * turned  # as the file has them, in the world, shape (n, 3)
 
     def hanging(self, joint: int) -> int:
         """Return the body that hangs on a joint in the file."""

@@ -18,11 +18,10 @@ import numpy as np
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.design.design import checked_start, design, walk_after_diagnosis
-from gaitopt.design.options import COUNT, SIGMA, DesignOptions
+from gaitopt.design.options import COUNT, SIGMA, DesignOptions, Search
 from gaitopt.design.phase_times import SLOWER, best_times, searched_times
 from gaitopt.design.pipeline import (
     Design,
-    Search,
     attempt,
     complete,
     finished,

@@ -204,11 +204,7 @@ def _contact(gait: Gait) -> Facts:
     force = np.concatenate([one.ground_wrench[:, :3] for one in gait.steps])
     pressure = np.concatenate([one.cop[one.flat] for one in gait.steps])
     return {
-        "cop_to_edge_mm": _edge_distances(gait, pressure),
-        "friction_used": _friction(force),
-        "friction_limit": gait.number("task", "margins", "friction"),
-        "least_vertical_force_N": float(force[:, 2].min()),
-        "largest_vertical_force_N": float(force[:, 2].max()),
+        **_borne(gait, pressure, force),
         "phases": [_phase(gait, phase) for phase in gait.phases],
         "front_foot": _front_foot(gait) if gait.closing else None,
         "foot_turns_from_s": gait.turns_at if gait.turning else None,
@@ -225,12 +221,17 @@ def _front_foot(gait: Gait) -> Facts:
     wrench = np.concatenate(
         [one.front_wrench_at(one.time[one.time > one.knots[-1]]) for one in gait.steps]
     )
+    return _borne(gait, centre_of_pressure(wrench), wrench[:, :3])
+
+
+def _borne(gait: Gait, pressure: Array, force: Array) -> Facts:
+    """Return what a foot bears, by its centres of pressure (M, 2) and its forces (N, 3)."""
     return {
-        "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(wrench)),
-        "friction_used": _friction(wrench[:, :3]),
+        "cop_to_edge_mm": _edge_distances(gait, pressure),
+        "friction_used": _friction(force),
         "friction_limit": gait.number("task", "margins", "friction"),
-        "least_vertical_force_N": float(wrench[:, 2].min()),
-        "largest_vertical_force_N": float(wrench[:, 2].max()),
+        "least_vertical_force_N": float(force[:, 2].min()),
+        "largest_vertical_force_N": float(force[:, 2].max()),
     }
 
 

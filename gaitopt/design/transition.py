@@ -19,9 +19,8 @@ from gaitopt.design.audit import (
     robot_differences,
 )
 from gaitopt.design.certificate import Certificate, certify, worst_rows
-from gaitopt.design.options import SIGMA, DesignOptions
+from gaitopt.design.options import SIGMA, DesignOptions, Search
 from gaitopt.design.pipeline import (
-    Search,
     attempt,
     is_walk,
     polished,
@@ -253,9 +252,6 @@ def _ends(
     """Return the walk whose robot and limits are those of a transition, and its given states.
 
     Also the program of each gait, with that gait.
-
-    Raises:
-        InputError: neither is a gait, they do not go together, or the robot cannot stand.
     """
     if before is None and after is None:
         raise InputError("a transition leads from or to a gait; give at least one")
@@ -423,11 +419,7 @@ def _durations(
 
 
 def _check_shift(shift: float, robot: Robot, begin: Junction) -> Array:
-    """Return the wrench on the foot that swings first as a shift begins, (6,), or (0,) without.
-
-    Raises:
-        InputError: it is out of range, or there is none for such a robot or beginning.
-    """
+    """Return the wrench on the foot that swings first as a shift begins, (6,), or (0,) without."""
     if shift == 0.0:
         return np.zeros(0)
     if isinstance(shift, bool) or not _SHORTEST <= shift <= _LONGEST:
@@ -444,11 +436,7 @@ def _check_shift(shift: float, robot: Robot, begin: Junction) -> Array:
 
 
 def _check_standing(robot: Robot, task: Task, still: Junction) -> None:
-    """Refuse a posture to stand in beyond the joints' ranges or torques.
-
-    Raises:
-        InputError: it is.
-    """
+    """Refuse a posture to stand in beyond the joints' ranges or torques."""
     margins, limits, names = task.margins, robot.limits, robot.joint_names
     if margins.joint_range:
         beyond = np.maximum(limits.lower - still.q, still.q - limits.upper)

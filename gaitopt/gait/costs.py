@@ -905,11 +905,7 @@ class _Integral(CostFunction):
         return found
 
     def _travel(self, step: Period) -> tuple[float, float]:
-        """Return |d| and T; (T, T) in place.
-
-        Raises:
-            EvaluationError: the step goes the other way.
-        """
+        """Return |d| and T; (T, T) in place."""
         d, T = self.way * step.step_length, step.duration
         if self.way != 0 and not d > 0.0:
             raise EvaluationError(f"a step of {step.step_length} m does not go where it should")

@@ -280,12 +280,8 @@ class DoubleSupport(ABC):
             raise EvaluationError("a geometric quantity is not finite")
         return place(self.pelvis_chain, geometry), place(self.sole_chain, geometry)
 
-    def leg_vectors(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
-        """Return the vectors from ankle to hip centres, shape (2, 3)."""
-        return self._legs(pelvis, sole)[0]
-
-    def _legs(self, pelvis: pin.SE3, sole: pin.SE3) -> tuple[Array, Array]:
-        """The leg vectors (2, 3); hips of both legs, then the swing ankle, in the world, (3, 3)."""
+    def legs(self, pelvis: pin.SE3, sole: pin.SE3) -> tuple[Array, Array]:
+        """Return vectors from ankle to hip centres (2, 3); hips, then swing ankle, world (3, 3)."""
         hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
         points = np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
         return points[:2] - [self.robot.legs.ankles[0], points[2]], points
@@ -386,7 +382,7 @@ class InverseKinematicsSupport(DoubleSupport):
                 f"step length {geometry[STEP_LENGTH]:.4f} m, "
                 f"foot spacing {geometry[FOOT_SPACING]:.4f} m)"
             ) from error
-        legs = self._legs(pelvis, sole)
+        legs = self.legs(pelvis, sole)
         return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
@@ -464,7 +460,7 @@ class JointAngleSupport(DoubleSupport):
         for name, loop in zip(("pelvis", "swing foot"), loops, strict=True):
             if np.trace(loop.rotation) < 1.0:  # its sine, which the rows read, vanishes again
                 raise EvaluationError(f"the {name} is turned by more than a right angle")
-        legs = self._legs(pelvis, sole)
+        legs = self.legs(pelvis, sole)
         return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives, loops)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:

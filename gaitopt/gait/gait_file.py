@@ -439,11 +439,7 @@ def _gait(members: Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) 
 
 
 def _new_gait(members: Arrays, meta: dict[str, object]) -> Gait:
-    """Return the gait of a file of format 2.
-
-    Raises:
-        InputError: something in it is not what it should be.
-    """
+    """Return the gait of a file of format 2."""
     check_members(members, _of_format_2(members))
     meta.pop(WRITTEN_BY, None)
     body = read_body(members)

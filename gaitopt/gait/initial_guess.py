@@ -179,11 +179,7 @@ def _guessed_shift(asked: TransitionTask, q: Array) -> Array:
 
 
 def _lowered_start(problem: WalkProblem, geometry: Array) -> _Start:
-    """Return the double support of geometric quantities, whose pelvis is lowered into reach.
-
-    Raises:
-        UnreachableError: it is out of reach however low.
-    """
+    """Return the double support of geometric quantities, whose pelvis is lowered into reach."""
     for _ in range(_LOWERED):
         try:
             return _start(problem, geometry)
@@ -428,4 +424,4 @@ def _legs(problem: WalkProblem, number: int, x: Array) -> Array:
     layout, boundary = problem.layout, problem.model.boundary
     z = layout.charts[number].of(x) if isinstance(layout, StepsLayout) else x
     (pelvis, _), (sole, _) = boundary.place(_step_layout(problem, number).geometry_of(z))
-    return boundary.leg_vectors(pelvis, sole)
+    return boundary.legs(pelvis, sole)[0]

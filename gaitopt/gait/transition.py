@@ -433,11 +433,7 @@ def load(path: str | Path, *, verify: bool = True) -> Gait | Transition:
 
 
 def _transition(members: Arrays, meta: dict[str, object]) -> Transition:
-    """Return the transition of the arrays and the record of a file.
-
-    Raises:
-        InputError: something in it is not what it should be.
-    """
+    """Return the transition of the arrays and the record of a file."""
     meta.pop(WRITTEN_BY, None)
     shared = {one.name: members[one.name] for one in SHARED}
     body = read_body(members)
@@ -498,11 +494,7 @@ def _schedule(transition: Transition) -> dict[str, object]:
 
 
 def _check_statements(transition: Transition, members: Arrays) -> None:
-    """Refuse arrays of a file that are not those of the transition that it holds.
-
-    Raises:
-        InputError: there are any.
-    """
+    """Refuse arrays of a file that are not those of the transition that it holds."""
     found = transition_members(transition)
     for name in found.keys() ^ (members.keys() - {"digest"}):
         raise InputError(f"its '{name}' is no array of such a transition")

@@ -34,8 +34,8 @@ from gaitopt.design.active_set import (
 )
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import design
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, Search, finished, is_walk
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import Design, finished, is_walk
 from gaitopt.design.refinement import (
     MAX_ROUNDS,
     exchange,

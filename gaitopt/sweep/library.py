@@ -491,11 +491,7 @@ class Writer:
 
 
 def _claim(directory: Path) -> None:
-    """Make a directory for a library, or see that it holds one already and nothing else.
-
-    Raises:
-        InputError: it cannot be made, or holds something else.
-    """
+    """Make a directory for a library, or see that it holds one already and nothing else."""
     make_directory(directory)
     try:
         others = sorted(e.name for e in directory.iterdir() if not is_leftover(e))

@@ -482,11 +482,7 @@ class Scheduler:
             raise
 
     def _next(self, waiting: deque[Job], running: set[Future[JobOutcome]]) -> Iterable[JobOutcome]:
-        """Yield the next outcomes; wait until there is one, or until a worker has nothing to do.
-
-        Raises:
-            GaitoptError: the executor broke down.
-        """
+        """Yield the next outcomes; wait until there is one, or until a worker has nothing to do."""
         if self._executor is None:
             yield run_job(waiting.popleft())
             return

@@ -14,8 +14,8 @@ from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.conflict import contradictions
 from gaitopt.design.design import design
 from gaitopt.design.diagnosis import diagnose
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Search, attempt
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import attempt
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY, set_geometry

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt.design.pipeline import Search, attempt, complete
+from gaitopt.design.options import Search
+from gaitopt.design.pipeline import attempt, complete
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers.two_stage import UNCONFIRMED, ConfirmedSQP

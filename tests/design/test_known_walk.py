@@ -7,9 +7,9 @@ import pytest
 
 from gaitopt.design import diagnosis as diagnosing
 from gaitopt.design.design import compare_solvers, design
-from gaitopt.design.options import DesignOptions
+from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.phase_times import best_times
-from gaitopt.design.pipeline import Search, gone_on
+from gaitopt.design.pipeline import gone_on
 from gaitopt.errors import InputError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem

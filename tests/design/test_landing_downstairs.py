@@ -8,8 +8,8 @@ from scipy.optimize import linprog
 
 from gaitopt.design import starts
 from gaitopt.design.audit import audit
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, Search, attempt, impulse_vanishes
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import Design, attempt, impulse_vanishes
 from gaitopt.design.starts import design_gait
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess

@@ -7,6 +7,7 @@ from walks import walk
 from gaitopt.design import refinement
 from gaitopt.design.active_set import violated_rows
 from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.options import Search
 from gaitopt.design.refinement import refine
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
@@ -72,7 +73,7 @@ def test_samples_alone_leave_violations_between_them(sampled_design):
 
 def test_a_walk_with_nothing_violated_is_returned_as_it_is(refined_design):
     problem, solution = refine(
-        refined_design.problem, refined_design.solution, solver_by_name("sqp")
+        refined_design.problem, refined_design.solution, solver_by_name("sqp"), Search()
     )
     assert problem is refined_design.problem
     assert solution is refined_design.solution
@@ -80,7 +81,7 @@ def test_a_walk_with_nothing_violated_is_returned_as_it_is(refined_design):
 
 def test_newton_and_exchange_alone_refine_to_the_same_walk(sampled_design, monkeypatch):
     problem, first = sampled_design.problem, sampled_design.solution
-    moved, quick = refine(problem, first, SQP())
+    moved, quick = refine(problem, first, SQP(), Search())
     asked = []
 
     def no_minimum(*_):
@@ -88,7 +89,7 @@ def test_newton_and_exchange_alone_refine_to_the_same_walk(sampled_design, monke
         return False
 
     monkeypatch.setattr(refinement, "is_strict_minimum", no_minimum)
-    held, slow = refine(problem, first, SQP())
+    held, slow = refine(problem, first, SQP(), Search())
     assert asked == [True] * 2  # at its instants, and beside them; what exchange finds is taken
     for grid, solution in ((moved, quick), (held, slow)):
         assert solution.status is Status.OPTIMAL
@@ -102,10 +103,10 @@ def test_where_no_minimum_is_strict_at_its_instants_limits_are_held_beside_them(
     sampled_design, monkeypatch
 ):
     problem, first = sampled_design.problem, sampled_design.solution
-    moved, quick = refine(problem, first, SQP())
+    moved, quick = refine(problem, first, SQP(), Search())
     verdicts = iter((False, True))
     monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: next(verdicts))
-    beside, again = refine(problem, first, SQP())
+    beside, again = refine(problem, first, SQP(), Search())
     assert not list(verdicts)
     assert beside.grid.count > moved.grid.count
     assert again.status is Status.OPTIMAL
@@ -124,10 +125,10 @@ def test_where_exchange_crawls_the_walk_of_newton_is_kept(sampled_design, monkey
             ends = Status.OPTIMAL if args[-1] is not None else Status.ITERATION_LIMIT
             yield grid, replace(solution, status=ends), near
 
-    _, quick = refine(problem, first, SQP())
+    _, quick = refine(problem, first, SQP(), Search())
     monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
     monkeypatch.setattr(refinement, "exchange", crawling)
-    grid, kept = refine(problem, first, SQP())
+    grid, kept = refine(problem, first, SQP(), Search())
     assert kept.status is Status.OPTIMAL
     assert not violated_rows(on_fine_grid(grid), kept.x)
     np.testing.assert_array_equal(kept.x, quick.x)
@@ -143,7 +144,7 @@ def test_where_no_instants_moved_rounds_are_solved_once(sampled_design, monkeypa
         grids.append(tuple(finer.grid.instants))
         return lambda _: None
 
-    grid, solution = refine(problem, first, SQP(), noted)
+    grid, solution = refine(problem, first, SQP(), Search(on_progress=noted))
     assert solution.status is Status.OPTIMAL
     assert not violated_rows(on_fine_grid(grid), solution.x)
     assert len(grids) == len(set(grids)) > 1
@@ -167,7 +168,7 @@ class Refusing(Solver):
 
 def test_a_solution_that_is_none_is_not_refined(sampled_design):
     failed = replace(sampled_design.solution, status=Status.INFEASIBLE)
-    problem, solution = refine(sampled_design.problem, failed, Refusing(None))
+    problem, solution = refine(sampled_design.problem, failed, Refusing(None), Search())
     assert solution is failed
     assert problem is sampled_design.problem
 
@@ -178,7 +179,7 @@ def test_a_solution_that_is_none_is_not_refined(sampled_design):
 )
 def test_a_round_that_fails_keeps_the_gait_before_it(sampled_design, failure, kept):
     first = sampled_design.solution
-    problem, solution = refine(sampled_design.problem, first, Refusing(failure))
+    problem, solution = refine(sampled_design.problem, first, Refusing(failure), Search())
     assert solution.status is kept
     assert solution.x is first.x
     assert problem is sampled_design.problem

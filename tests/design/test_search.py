@@ -3,8 +3,8 @@ from dataclasses import replace
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import RELAXED_LIFTOFF, Search, attempt
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import RELAXED_LIFTOFF, attempt
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task

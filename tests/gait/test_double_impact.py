@@ -14,8 +14,8 @@ from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.cli.report import print_gait
 from gaitopt.contact import PhaseEnd
 from gaitopt.design.design import design
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Search, attempt, carried_over, gentle, impact_possible
+from gaitopt.design.options import DesignOptions, Search
+from gaitopt.design.pipeline import attempt, carried_over, gentle, impact_possible
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
