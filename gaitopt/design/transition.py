@@ -168,7 +168,8 @@ def transition_problem(
     Raises:
         InputError: as there.
     """
-    _check_steps(steps)
+    if isinstance(steps, bool) or not isinstance(steps, int) or not 1 <= steps <= MOST_STEPS:
+        raise InputError(f"a transition has {shown(steps)} steps; give 1 to {MOST_STEPS}")
     (chosen, begin, finish), _ = _ends(before, after, stretch)
     task = chosen.task.with_margins({"step_width": None, **(margins or {})})
     task = replace(task, postures=max(task.postures, POSTURES) if postures is None else postures)
@@ -394,11 +395,6 @@ def _check_same_robot(before: Gait, after: Gait) -> None:
             "the two gaits are of different robots, or of different choices about one; give gaits "
             "of one robot"
         )
-
-
-def _check_steps(steps: int) -> None:
-    if isinstance(steps, bool) or not isinstance(steps, int) or not 1 <= steps <= MOST_STEPS:
-        raise InputError(f"a transition has {shown(steps)} steps; give 1 to {MOST_STEPS}")
 
 
 def _durations(

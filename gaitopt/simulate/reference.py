@@ -47,36 +47,6 @@ class Controller(Protocol):
         """
 
 
-@dataclass(frozen=True, eq=False)
-class JointReference:
-    """Designed motion of the moving joints at equidistant instants of a step.
-
-    Attributes:
-        interval: between instants [s].
-        q, dq, torque: while foot 0 and while foot 1 stands [rad, rad/s, N·m], shape (2, N, n).
-    """
-
-    interval: float
-    q: Array
-    dq: Array
-    torque: Array
-
-    def row(self, time: float) -> int:
-        """Return the instant nearest to a time since touch-down [s]; the last one stays."""
-        return min(max(round(time / self.interval), 0), len(self.q[0]) - 1)
-
-
-def joint_reference(trajectory: Trajectory, interval: float) -> JointReference:
-    """Sample the joints of two steps, one on each foot."""
-    count = round(trajectory.step_duration / interval) + 1
-    moving = trajectory.body.moving
-    steps = [step_samples(trajectory, step, count) for step in (0, 1)]
-    return JointReference(
-        trajectory.step_duration / (count - 1),
-        *(np.array([getattr(s, n)[:, moving] for s in steps]) for n in ("q", "dq", "torque")),
-    )
-
-
 def step_samples(trajectory: Trajectory, step: int, count: int) -> TrajectorySamples:
     """Return `TrajectorySamples` of a step from its touch-down to just before the next.
 
@@ -108,7 +78,14 @@ class JointPD:
         """Take gains from the mass matrix at the start of the walk."""
         self.interval = 0.002
         self._robot, self._foot, self._landed = robot, 0, -both_feet(trajectory)
-        self._reference = joint_reference(trajectory, 0.0005)
+        count = round(trajectory.step_duration / 0.0005) + 1
+        self._spacing = trajectory.step_duration / (count - 1)
+        moving = trajectory.body.moving
+        steps = [step_samples(trajectory, step, count) for step in (0, 1)]
+        # of the moving joints, while foot 0 and while foot 1 stands, shape (2, N, n)
+        self._q, self._dq, self._torque = (
+            np.array([getattr(s, n)[:, moving] for s in steps]) for n in ("q", "dq", "torque")
+        )
         data = mujoco.MjData(robot.model)
         data.qpos[:] = robot.position(trajectory.at(0.0).configuration[0])
         mujoco.mj_forward(robot.model, data)
@@ -121,12 +98,13 @@ class JointPD:
 
     def torque(self, time: float, qpos: Array, qvel: Array) -> Array:
         """Return feed-forward and feedback [N·m], see `Controller.torque`."""
-        reference, foot = self._reference, self._foot
-        row = reference.row(time - self._landed)
-        error = reference.q[foot, row] - qpos[self._robot.qpos]
-        rate_error = reference.dq[foot, row] - qvel[self._robot.dof]
+        # the instant nearest to the time; the last one stays
+        row = min(max(round((time - self._landed) / self._spacing), 0), self._q.shape[1] - 1)
+        at = self._foot, row
+        error = self._q[at] - qpos[self._robot.qpos]
+        rate_error = self._dq[at] - qvel[self._robot.dof]
         feedback = self._stiffness * error + self._damping * rate_error
-        return np.asarray(reference.torque[foot, row] + feedback)
+        return np.asarray(self._torque[at] + feedback)
 
 
 _INTERVAL = 0.001  # s, between instants of the reference

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -176,18 +177,13 @@ class _Walk:
             row = 2 * k + 1
             q, dq, ddq = self.q[row], self.dq[row], self.ddq[row]
             inverse = np.linalg.inv(self.dynamics(q, dq)[0])
-            A[k, n:] = -inverse @ self._differences(self._inverse_dynamics(ddq), q, dq)
+            A[k, n:] = -inverse @ self._differences(partial(self._torque, ddq), q, dq)
             B[k, n:] = inverse
         return A, B
 
-    def _inverse_dynamics(self, ddq: Array) -> Callable[[Array, Array], Array]:
-        """Return the torques of an acceleration as a function of q and dq."""
-
-        def torque(q: Array, dq: Array) -> Array:
-            D, bias, _ = self.dynamics(q, dq)
-            return np.asarray(D @ ddq + bias)
-
-        return torque
+    def _torque(self, ddq: Array, q: Array, dq: Array) -> Array:
+        D, bias, _ = self.dynamics(q, dq)
+        return np.asarray(D @ ddq + bias)
 
     def _differences(self, function: Callable[[Array, Array], Array], q: Array, dq: Array) -> Array:
         """Return central differences of a function of (q, dq) in both, columns (2 n)."""

@@ -525,15 +525,11 @@ def _draw_mark(
     own = centres[feet][..., None]
     at = (places[:, :3, :3] @ own)[..., 0] + places[:, :3, 3]
     moves.place(node, times, at - [0.0, 0.0, 0.49 * _PRINT])
-    moves.turn(node, times, np.array([_level(place[:3, :3]) for place in places]))
+    about = np.arctan2(places[:, 1, 0], places[:, 0, 0])  # the ground's normal
+    moves.turn(node, times, np.array([pin.utils.rotate("z", angle) for angle in about.tolist()]))
     if mark.shown is not None:
         shown = np.where(mark.shown, 1.0, _HIDDEN)
         moves.stretch(node, times, np.tile(shown[:, None], (1, 3)))
-
-
-def _level(rotation: Array) -> Array:
-    """Return the part of a rotation about the ground's normal."""
-    return np.asarray(pin.utils.rotate("z", float(np.arctan2(rotation[1, 0], rotation[0, 0]))))
 
 
 def _draw_force(

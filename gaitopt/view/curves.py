@@ -84,13 +84,6 @@ def _instants(gait: Recorded) -> tuple[Array, Array]:
     return times[order], before[order]
 
 
-def _sides(gait: Recorded, group: tuple[int, ...]) -> Iterable[tuple[int, str, str]]:
-    """Yield joint, name and side of the joints of a panel; a lone joint has no side."""
-    sides = ("stance", "swing") if len(group) > 1 else ("",)
-    for joint, side in zip(group, sides, strict=True):
-        yield joint, gait.joint_names[joint], side
-
-
 def _joints(
     gait: Recorded,
     title: str,
@@ -102,8 +95,9 @@ def _joints(
 ) -> Record:
     """Return the panel of a pair of joints: y (N, J) over time, or over x (N, J)."""
     lines = []
-    for joint, joint_name, side in _sides(gait, group):
-        line: Record = {"name": joint_name, "side": side, "y": y[:, joint]}
+    sides = ("stance", "swing") if len(group) > 1 else ("",)
+    for joint, side in zip(group, sides, strict=True):
+        line: Record = {"name": gait.joint_names[joint], "side": side, "y": y[:, joint]}
         lines.append(line if x is None else {**line, "x": x[:, joint]})
     limit = None if limits is None else float(np.min(limits[list(group)]))
     return {

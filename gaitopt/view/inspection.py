@@ -111,19 +111,14 @@ def _overview(inspection: Inspection) -> Section:
         rows.append(("format", f"{source.format.upper()}, {links} links, {joints} joints"))
         mass = sum(inertia.mass for inertia in model.inertias)
         rows.append(("mass", f"{mass:.2f} kg"))
-        rows += _mesh_rows(inspection)
+        if lost := source.mesh_problems():
+            more = f"; {len(lost) - 1} more like it" if len(lost) > 1 else ""
+            rows.append(("meshes", f"{lost[0]}{more}"))
     if robot is not None:
         rows += _size(robot)
     elif inspection.reading is None and model is not None:
         rows.append(("joints", ", ".join(str(n) for n in list(model.names)[2:])))
     return Section("Robot", ("", ""), tuple(rows))
-
-
-def _mesh_rows(inspection: Inspection) -> Iterator[Row]:
-    lost = [] if inspection.source is None else inspection.source.mesh_problems()
-    if lost:
-        more = f"; {len(lost) - 1} more like it" if len(lost) > 1 else ""
-        yield ("meshes", f"{lost[0]}{more}")
 
 
 def _size(robot: Robot) -> Iterator[Row]:
@@ -147,12 +142,8 @@ def _knees(robot: Robot) -> str:
         note = f"; its range keeps it {end:.3f} rad from straight"
     elif np.isfinite(end) and end < -_STRAIGHT:
         note = f"; its range goes {-end:.3f} rad beyond straight, the walk does not"
-    name = robot.coupling.names[row]
-    return f"'{name}' is straight at {_tidy(straight):+.3f} rad and bends with {side} angle{note}"
-
-
-def _tidy(angle: float) -> float:
-    return round(angle, 3) + 0.0  # no -0
+    name, straight = robot.coupling.names[row], round(straight, 3) + 0.0  # no -0
+    return f"'{name}' is straight at {straight:+.3f} rad and bends with {side} angle{note}"
 
 
 def _legs(inspection: Inspection) -> Section:

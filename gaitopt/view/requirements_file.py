@@ -29,7 +29,6 @@ from gaitopt.design.requirements import (
 from gaitopt.errors import InputError, MissingExtraError
 from gaitopt.units import RPM, motion_words
 
-"""One turn a minute [rad/s]."""
 ALL = "all"
 """In place of a gait: over all of them."""
 _UNIT_OF_USE = {
@@ -111,7 +110,9 @@ def write_requirements(
     check_suffix(path)
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        return write_atomically(path, _csv(each, worst, uses).encode())
+        buffer = io.StringIO()
+        csv.writer(buffer, lineterminator="\n").writerows(_table(each, worst, uses))
+        return write_atomically(path, buffer.getvalue().encode())
     if suffix == ".toml":
         return write_atomically(path, tomli_w.dumps(_record(each, worst, uses)).encode())
     return write_atomically(path, _xlsx(each, worst, uses))
@@ -128,15 +129,6 @@ def check_suffix(path: Path) -> None:
             f"cannot write requirements to '{path}': the suffix must be one of "
             f"{', '.join(SUFFIXES)}"
         )
-
-
-def _csv(
-    each: Sequence[Requirement], worst: Sequence[MotorRequirement], uses: Sequence[MotorUse]
-) -> str:
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerows(_table(each, worst, uses))
-    return buffer.getvalue()
 
 
 def _record(

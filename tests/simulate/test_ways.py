@@ -19,7 +19,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.simulate.battery import directions
 from gaitopt.simulate.mujoco_model import simulated_robot
-from gaitopt.simulate.reference import Reference, both_feet, joint_reference, step_samples
+from gaitopt.simulate.reference import Reference, both_feet, step_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.simulate.stability import stability
 from gaitopt.simulate.walk import WalkOptions, designed_speed, simulate, squared_torque, way_of
@@ -131,7 +131,7 @@ def test_steps_begin_with_what_both_feet_do(gaits):
     assert samples.contact[:10].all()  # both stand for a tenth of the step
     assert samples.contact[11:].sum(axis=1).tolist() == [1] * 90
     assert (samples.standing[11:] == 1).all()
-    late = joint_reference(gait.trajectory, 0.001).q[0][-1]
+    late = step_samples(gait.trajectory, 0, 101).q[-1, gait.trajectory.body.moving]
     assert late == pytest.approx(
         gait.trajectory.at(gait.duration - both).q[0, gait.trajectory.body.moving], abs=1e-9
     )
