@@ -59,7 +59,14 @@ if TYPE_CHECKING:
     from gaitopt.gait.terrain import Profile, Terrain
     from gaitopt.gait.trajectory import Trajectory
     from gaitopt.gait.transition import load_transition, save_transition
-    from gaitopt.model.import_options import ImportOptions, choices_from_toml
+    from gaitopt.model.import_options import (
+        ImportOptions,
+        InertiaOverride,
+        LimitOverride,
+        PartChange,
+        Payload,
+        choices_from_toml,
+    )
     from gaitopt.model.robot import Robot
     from gaitopt.model.sole import Sole
     from gaitopt.motions.export import export, export_library, export_transition
@@ -104,7 +111,8 @@ _HOMES = {
         "gait.trajectory": "Trajectory",
         "gait.transition": "load_transition save_transition",
         "model.sole": "Sole",
-        "model.import_options": "ImportOptions choices_from_toml",
+        "model.import_options": "ImportOptions InertiaOverride LimitOverride PartChange Payload "
+        "choices_from_toml",
         "model.robot": "Robot",
         "motions.export": "export export_library export_transition",
         "nlp": "Status",
@@ -151,7 +159,9 @@ __all__ = [
     "GaitFileError",
     "GaitoptError",
     "ImportOptions",
+    "InertiaOverride",
     "InputError",
+    "LimitOverride",
     "Linear",
     "Margins",
     "MechanicalWork",
@@ -160,6 +170,8 @@ __all__ = [
     "MotorSpace",
     "MotorTable",
     "NoGaitFoundError",
+    "PartChange",
+    "Payload",
     "Plan",
     "PositiveWork",
     "Profile",

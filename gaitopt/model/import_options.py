@@ -296,7 +296,8 @@ class ImportOptions:
         inertias: what replaces masses and inertias of the file; where two patterns match, the
             later one counts.
         proportions: lengths and masses of its parts in place of those of the file; each part once.
-        payloads: what it carries; see `Payload`.
+        payloads: what it carries; see `Payload`. Entries of this and of the three before may be
+            tables, as in a file.
         gravity: acceleration of free fall in place of that of the file [m/s²].
         unequal_limits: one of `UNEQUAL`.
         asymmetry: by how much averaging left and right may change the robot at most, over the range
@@ -341,9 +342,15 @@ class ImportOptions:
     def __post_init__(self) -> None:
         if self.posture is not None:
             object.__setattr__(self, "posture", _posture(self.posture))
-        for name in (
-            "feet", "limits", "inertias", "proportions", "payloads", "package_dirs", "moving",
-        ):  # fmt: skip
+        for name, kind in _TABLES.items():
+            entries = getattr(self, name)
+            if not isinstance(entries, list | tuple):
+                given = str(entries)[:60]
+                raise RobotError(f"{name} must be a list of tables ([[{name}]]), got {given!r}")
+            made = (e if isinstance(e, kind) else kind(**_checked_table(e, kind, name))
+                    for e in entries)  # fmt: skip
+            object.__setattr__(self, name, tuple(made))
+        for name in ("feet", "package_dirs", "moving"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, _tuple(value, name))
         _check_names(self)
@@ -509,12 +516,6 @@ def choices_from_record(record: Mapping[str, Any]) -> ImportOptions:
             if isinstance(sole[name], bool) or not isinstance(sole[name], int | float):
                 raise RobotError(f"sole.{name} must be a finite number [m], got {sole[name]!r}")
         table["sole"] = Sole(**{name: _finite(edge, f"sole.{name}") for name, edge in sole.items()})
-    for name, kind in _TABLES.items():
-        if (entries := table.get(name)) is not None:
-            if not isinstance(entries, list | tuple):
-                given = str(entries)[:60]
-                raise RobotError(f"{name} must be a list of tables ([[{name}]]), got {given!r}")
-            table[name] = tuple(kind(**_checked_table(e, kind, name)) for e in entries)
     for name in ("forward", "up"):
         if isinstance(table.get(name), list):
             table[name] = tuple(table[name])

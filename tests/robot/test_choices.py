@@ -217,3 +217,26 @@ def test_every_choice_is_documented():
         assert (
             f"{entry.name}:" in ImportOptions.__doc__ or f"{entry.name}," in ImportOptions.__doc__
         )
+
+
+TABLES = {
+    "limits": [{"joints": "*knee*", "torque": "40Nm", "speed": 3.0}],
+    "inertias": [{"links": "*foot*", "mass": "900g"}],
+    "proportions": [{"part": "thigh", "longer": "2cm"}],
+    "payloads": [{"link": "torso", "mass": "10kg", "place": [0.1, 0.0, 0.2]}],
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_in_python_are_those_of_a_file(name):
+    made = ImportOptions(**{name: TABLES[name]})
+    assert made == choices_from_record({name: TABLES[name]})
+    assert ImportOptions(**{name: getattr(made, name)}) == made
+    assert choices_record(made)[name]
+
+
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("value", ["10kg@torso", 3.0, ["thigh"], [None], [{"what": 1.0}]], ids=str)
+def test_what_is_no_table_is_refused_in_python_too(name, value):
+    with pytest.raises(RobotError, match=name):
+        ImportOptions(**{name: value})
