@@ -312,6 +312,9 @@ class ImportOptions:
         moving: joints beside the legs' that are not locked: "arms", "waist", or patterns of joint
             names as in a shell; a joint's partner on the other side moves with it.
         package_dirs: directories in which `package://` file names are looked up.
+
+    Raises:
+        RobotError: a value cannot be used.
     """
 
     feet: tuple[str, str] | None = None
