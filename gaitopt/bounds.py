@@ -71,6 +71,7 @@ its hip."""
 _READABLE = 10**15
 _PIECE = 2**22  # bytes read at once
 _SHOWN = 120  # characters of a value of a record
+_DIGITS = 12  # characters of a number
 _LONGEST = 60  # characters of a value in a message
 
 
@@ -92,10 +93,11 @@ def at_most(value: int, most: int, what: str, advice: str = "") -> None:
 
 
 def shown(value: object) -> str:
-    """Return a value as text for a message: numbers of hundreds of digits by their size."""
+    """Return a value as text for a message: ten digits, those of hundreds by their size."""
     if isinstance(value, int) and abs(value) >= _READABLE:
         return "more than 1e15" if value > 0 else "less than -1e15"
-    return repr(value)[:_LONGEST]
+    text = repr(value)[:_LONGEST]
+    return f"{value:.10g}" if isinstance(value, float) and len(text) > _DIGITS else text
 
 
 def shortened(value: object) -> str:

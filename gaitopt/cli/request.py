@@ -15,7 +15,7 @@ from gaitopt.actuators.linkages import read_linkages
 from gaitopt.actuators.motors import joint_motors, read_motors
 from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
-from gaitopt.catalogue.entries import biped_of, description, entry_by_name
+from gaitopt.catalogue.entries import biped_of, catalogue, description, entry_by_name
 from gaitopt.catalogue.parameters import changed, read_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.config import (
@@ -239,8 +239,8 @@ def biped_spec(settings: Settings) -> BipedSpec | None:
         if asked.set:
             raise InputError(
                 "--set changes a biped that gaitopt makes itself: the usual one, one of --spec, or "
-                "--robot biped13 or paper; of other robots, change the file, or masses and limits "
-                "by --choices"
+                f"--robot {' or '.join(one.name for one in catalogue() if not one.file)}; of other "
+                "robots, change the file, or masses and limits by --choices"
             )
         return None
     if entry is not None:

@@ -114,7 +114,7 @@ def _guessed_step(
     q_end = problem.model.exchange @ following
     pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
     count = layout.postures
-    lift = problem.task.margins.clearance + _extra_lift(problem) + problem.task.ground.lift
+    lift = _lift(problem)
     knots = []
     inner = problem.model.basis.knots[1:-1]
     for s in inner if turns.turns else np.arange(1, count + 1) / (count + 1):
@@ -208,7 +208,7 @@ def _guessed_closing(
     turns, pelvis, rear = _turns(problem, geometry), start.pelvis, start.rear
     q_end = model.exchange @ following
     pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
-    lift = problem.task.margins.clearance + _extra_lift(problem)
+    lift = _lift(problem)
 
     def posture(s: float) -> Array:
         share = min(s / model.touch, 1.0)
@@ -234,6 +234,16 @@ def _guessed_closing(
         push[4] = -push[2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
     more = np.concatenate([turns.parameters, *bends, wrench.ravel(), push])
     return layout.pack(np.array(early), rate[own], start.q, geometry, more)
+
+
+_HIGHEST_CLEARANCE = 0.5  # over the length of the legs: more is for the diagnosis to answer
+
+
+def _lift(problem: WalkProblem) -> float:
+    """Return how high the foot is lifted [m]."""
+    most = _HIGHEST_CLEARANCE * problem.robot.legs.reach
+    clearance = min(problem.task.margins.clearance, most)
+    return clearance + _extra_lift(problem) + problem.task.ground.lift
 
 
 def _extra_lift(problem: WalkProblem) -> float:

@@ -24,6 +24,7 @@ from gaitopt.importers.mjcf_joints import (
 )
 from gaitopt.importers.mjcf_robot import (
     GEOM_KINDS,
+    NOT_FINITE,
     CompiledBody,
     CompiledGeom,
     CompiledJoint,
@@ -177,6 +178,7 @@ class _Extraction:
                 f"the MJCF file has {len(joints)} joints that move; at most {MOST_JOINTS} can be "
                 "read; make those that a walk does not need fixed (remove their <joint>)"
             )
+        self._check_root()
         self._tell_root()
         loops, turned = self._loops(kept)
         place = {body: index for index, body in enumerate(kept)}
@@ -330,6 +332,16 @@ class _Extraction:
 
     def _announce(self, topic: str, subject: str, text: str, how: How = "warning") -> None:
         self.findings.append(Finding(topic, subject, text, how))
+
+    def _check_root(self) -> None:
+        """Check the numbers of the joints that hold the root, though they do not count."""
+        model = self.model
+        for joint in self.root.joints:
+            dofs = model.dof_jntid == joint
+            own = (model.jnt_axis[joint], model.jnt_pos[joint], model.dof_armature[dofs])
+            passive = (model.dof_damping[dofs], model.dof_frictionloss[dofs])
+            if not all(np.isfinite(numbers).all() for numbers in (*own, *passive)):
+                raise refusal_of(self.tree, "joint", self.joint_names[joint], NOT_FINITE)
 
     def _tell_root(self) -> None:
         name, root, model = f"'{self.body_names[self.root.body]}'", self.root, self.model

@@ -35,6 +35,7 @@ GEOM_KINDS = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 _LARGEST_COORDINATE = 1e10  # m: beyond it MuJoCo calls a state bad, and squares soon have no value
+NOT_FINITE = "not all of its numbers are finite; correct them"
 _WRONG_PLACE = (
     "the place or size of one of its geoms or sites is not finite, or beyond "
     f"{_LARGEST_COORDINATE:g}; correct it"
@@ -247,7 +248,7 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
         numbers = [*body.place.pos, *body.place.quat, body.mass, *body.moments, body.gravcomp]
         numbers += [*body.centre.pos, *body.centre.quat]
         if not np.isfinite(numbers).all():
-            return "body", body.name, "not all of its numbers are finite; correct them"
+            return "body", body.name, NOT_FINITE
         if max(map(abs, (*body.place.pos, *body.centre.pos))) >= _LARGEST_COORDINATE:
             return (
                 "body",
@@ -279,7 +280,9 @@ def _joint_fault(joint: CompiledJoint) -> str:
     numbers = [*joint.pos, *joint.axis, joint.ref, joint.armature, joint.friction, joint.rest]
     numbers += [*joint.damping, *joint.stiffness]
     if not np.isfinite(numbers).all() or any(map(math.isnan, (joint.least, joint.most))):
-        return "not all of its numbers are finite; correct them"
+        return NOT_FINITE
+    if joint.kind != "ball" and not any(joint.axis):  # MuJoCo loses one whose square is infinite
+        return "its axis has no direction in MuJoCo; give it a length of 1"
     if max(map(abs, joint.pos)) >= _LARGEST_COORDINATE:
         return f"its anchor is {_LARGEST_COORDINATE:g} m away or more; correct it"
     if not joint.lower < joint.upper or math.inf in (joint.lower, -joint.upper):

@@ -1,6 +1,7 @@
 """Sizes beyond their bounds are refused by their number, from every entrance, before any work."""
 
 import io
+import math
 import shutil
 import time
 import tracemalloc
@@ -157,6 +158,12 @@ def test_numbers_of_hundreds_of_digits(number):
         with pytest.raises(InputError, match=name):
             Task(**{name: number})
     assert "1e15" in shown(number)
+
+
+def test_a_number_is_shown_with_as_many_digits_as_a_person_reads():
+    assert [shown(value) for value in (1.5, 0.0, math.atan(4.0), 1e-300, math.nan)] == [
+        "1.5", "0.0", "1.325817664", "1e-300", "nan",
+    ]  # fmt: skip
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero")

@@ -103,6 +103,16 @@ def test_a_step_longer_than_the_legs_is_refused(robot):
         guess_for(robot, speed=4.0)
 
 
+@pytest.mark.parametrize("more", [{}, {"double_support": 0.05}, {"stairs": 0.1}], ids=str)
+def test_no_clearance_is_too_high_to_begin_with(robot, more):
+    """Its rows are violated there, and the diagnosis says by how much it must be lower."""
+    problem = WalkProblem(robot, preset_task(clearance=10.0, **more))
+    rows = problem.values(first_guess(problem)).rows
+    assert np.isfinite(rows).all()
+    short = (rows - problem.rows.lower)[problem.rows_of("clearance")]
+    assert short.min() < -5.0  # m, over the scale of the rows
+
+
 def test_noise_is_on_the_joints_only_and_repeats(robot):
     problem, x = guess_for(robot)
     noisy = perturbed(problem, x, 0.2, seed=7)

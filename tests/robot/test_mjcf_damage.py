@@ -157,6 +157,7 @@ DAMAGE = {
     "motor range of one": (motor(ctrlrange="9"), "9", f"{KNEE}_motor.*'ctrlrange' {FEW}"),
     "gear is text": (motor(gear="big"), "big", f"motor '{KNEE}_motor': {MUJOCO}bad format in"),
     "motor of no joint": (motor(joint="knee"), '"knee"', "unknown transmission target 'knee'"),
+    "axis is too long": (joint(axis="1e300 1 0"), "1e300", f"{KNEE_SAYS}its axis has no direction"),
     "axis is nan": (joint(axis="nan 0 1"), "nan", f"{KNEE_SAYS}its axis is 'nan 0 1'{NO_NUMBER}"),
     "axis is zero": (joint(axis="0 0 0"), "0 0 0", f"{KNEE_SAYS}{MUJOCO}axis too small in joint"),
     "joint at nan": (joint(pos="0 0 nan"), "nan", f"{KNEE_SAYS}its pos is '0 0 nan'{NO_NUMBER}"),
@@ -290,6 +291,16 @@ def test_a_default_may_switch_equalities_off(sound):
     off = added(".", "<default><equality active='false'/></default>")
     assert len(read_source(edited(sound, tie)).problems) == 1
     assert read_source(edited(sound, together(tie, off))).problems == ()
+
+
+@pytest.mark.parametrize("name", ["axis", "pos", "armature", "damping", "frictionloss"])
+def test_numbers_of_the_root_are_finite_though_they_do_not_count(name):
+    """What holds the pelvis in the file is left out, but nobody means infinity."""
+    root = ET.fromstring((CASES / "mj_root6.xml").read_text())
+    joint = root.find(".//joint[@name='rot']")
+    joint.set(name, "inf 0 1" if name in ("axis", "pos") else "inf")
+    with pytest.raises(RobotError, match="joint 'rot': not all of its numbers are finite"):
+        Robot.from_urdf(ET.tostring(root, "unicode"))
 
 
 def test_a_body_of_nothing_needs_one_fixed_to_it(sound):
