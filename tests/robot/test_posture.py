@@ -62,6 +62,21 @@ def test_a_pose_of_an_srdf_is_held_to_the_same():
     assert told(again) == told(robot)
 
 
+@pytest.mark.parametrize("angle", ["0.1 0.2", "", " ", "low"])
+def test_a_joint_of_a_pose_has_one_angle(angle):
+    """It was passed over without a word, and stood at zero."""
+    pose = POSES.format(name="p", angle=angle)
+    with pytest.raises(RobotError, match=f"value of 'shoulder' as '{angle}'; it must be a number"):
+        Robot.from_urdf(armed(), choices=ImportOptions(posture="p", srdf=pose))
+
+
+def test_joints_of_other_robots_and_the_root_are_no_part_of_a_pose():
+    more = '<joint name="root_joint" value="0 0 1 0 0 0 1"/><joint name="other" value="9"/>'
+    pose = POSES.format(name="p", angle=0.25).replace("</group_state>", f"{more}</group_state>")
+    robot = Robot.from_urdf(armed(), choices=ImportOptions(posture="p", srdf=pose))
+    assert dict(robot.choices.posture) == {"shoulder": 0.25}
+
+
 def test_a_neutral_posture_out_of_range_is_told():
     robot = Robot.from_urdf(armed(lower=0.3, upper=1.2))
     assert told(robot) == [("guessed", "stands at 0 rad, outside its range 0.3 to 1.2 rad")]

@@ -75,8 +75,14 @@ def _asked(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
     return {
         joint.get("name", ""): _value(joint, "value")
         for joint in poses[name].iter("joint")
-        if model.existJointName(joint.get("name", "")) and len(joint.get("value", "").split()) == 1
+        if model.existJointName(joint.get("name", "")) and not _is_root(model, joint)
     }
+
+
+def _is_root(model: pin.Model, joint: ElementTree.Element) -> bool:
+    """Whether a joint of a pose has several values, as that on which a robot floats."""
+    several = model.joints[model.getJointId(joint.get("name", ""))].nv > 1
+    return several and len(joint.get("value", "").split()) > 1
 
 
 def _has(keyframes: Mapping[str, Array], kind: str) -> str:
