@@ -9,6 +9,7 @@ plays no part in what a biped looks like.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 from gaitopt.catalogue.biped_spec import (
@@ -18,7 +19,6 @@ from gaitopt.catalogue.biped_spec import (
     Vector3,
     mirrored_inertia,
 )
-from gaitopt.dataclass import dataclass
 from gaitopt.importers.physics import GENERATED
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -55,17 +55,8 @@ _TURNS: dict[str, Vector3] = {
 }
 
 
-@dataclass(frozen=True)
-class Primitive:
-    """A primitive in the frame of its link.
-
-    Attributes:
-        kind: "box", "cylinder" or "sphere".
-        attributes: of that URDF element, lengths as text [m].
-        origin: of its centre [m].
-        turn: roll, pitch, yaw [rad].
-        colour: a key of `COLOURS`.
-    """
+class _Primitive(NamedTuple):
+    """A primitive of a URDF in the frame of its link [m, rad], in one of `COLOURS`."""
 
     kind: str
     attributes: dict[str, str]
@@ -81,28 +72,28 @@ def numbers(*values: float) -> str:
 
 def _shape(
     kind: str, sizes: dict[str, str], centre: Vector3, colour: str, axis: str = "z"
-) -> Primitive:
+) -> _Primitive:
     x, y, z = (round(value, 6) for value in centre)  # micrometres: the file stays readable
-    return Primitive(kind, sizes, (x, y, z), _TURNS[axis], colour)
+    return _Primitive(kind, sizes, (x, y, z), _TURNS[axis], colour)
 
 
-def box(size: Vector3, centre: Vector3, colour: str) -> Primitive:
+def box(size: Vector3, centre: Vector3, colour: str) -> _Primitive:
     """Return a box with the given edges along x, y, z [m]."""
     return _shape("box", {"size": numbers(*(round(n, 6) for n in size))}, centre, colour)
 
 
-def cylinder(axis: str, radius: float, length: float, centre: Vector3, colour: str) -> Primitive:
+def cylinder(axis: str, radius: float, length: float, centre: Vector3, colour: str) -> _Primitive:
     """Return a cylinder about the axis "x", "y" or "z", sizes in m."""
     sizes = {"radius": numbers(round(radius, 6)), "length": numbers(round(length, 6))}
     return _shape("cylinder", sizes, centre, colour, axis)
 
 
-def sphere(radius: float, centre: Vector3, colour: str) -> Primitive:
+def sphere(radius: float, centre: Vector3, colour: str) -> _Primitive:
     """Return a sphere, sizes in m."""
     return _shape("sphere", {"radius": numbers(round(radius, 6))}, centre, colour)
 
 
-def _torso(spec: BipedSpec) -> list[Primitive]:
+def _torso(spec: BipedSpec) -> list[_Primitive]:
     """Return pelvis, chest, shoulders and head, as high and as wide as the torso's box."""
     depth, width, tall = spec.links.torso.size
     # A torso that hangs below the hips is odd but allowed; it still needs something to draw.
@@ -145,7 +136,7 @@ def _torso(spec: BipedSpec) -> list[Primitive]:
     ]
 
 
-def _hip(spec: BipedSpec) -> tuple[list[Primitive], list[Primitive]]:
+def _hip(spec: BipedSpec) -> tuple[list[_Primitive], list[_Primitive]]:
     """Return the shapes of the two links of a hip."""
     x, y, z = spec.links.hip_yaw.size
     yaw = [
@@ -163,7 +154,7 @@ def _hip(spec: BipedSpec) -> tuple[list[Primitive], list[Primitive]]:
     return yaw, roll
 
 
-def _thigh(spec: BipedSpec, side: str, sign: float) -> list[Primitive]:
+def _thigh(spec: BipedSpec, side: str, sign: float) -> list[_Primitive]:
     x, y, _ = spec.links.thigh.size
     knee, out = -spec.geometry.d4, sign * spec.geometry.l4
     length = -knee
@@ -180,7 +171,7 @@ def _thigh(spec: BipedSpec, side: str, sign: float) -> list[Primitive]:
     ]
 
 
-def _shin(spec: BipedSpec, side: str) -> list[Primitive]:
+def _shin(spec: BipedSpec, side: str) -> list[_Primitive]:
     x, y, _ = spec.links.shin.size
     length = spec.geometry.d3
     return [
@@ -197,7 +188,7 @@ def _shin(spec: BipedSpec, side: str) -> list[Primitive]:
     ]
 
 
-def _ankle(spec: BipedSpec) -> list[Primitive]:
+def _ankle(spec: BipedSpec) -> list[_Primitive]:
     x, y, z = spec.links.ankle.size
     return [
         cylinder("y", 0.50 * z, 0.90 * y, (0.0, 0.0, 0.0), "dark"),
@@ -206,7 +197,7 @@ def _ankle(spec: BipedSpec) -> list[Primitive]:
     ]
 
 
-def _foot(spec: BipedSpec, side: str) -> list[Primitive]:
+def _foot(spec: BipedSpec, side: str) -> list[_Primitive]:
     geometry, height = spec.geometry, spec.links.foot.size[2]
     long, wide = geometry.foot_length, geometry.foot_width
     sole, toe = -geometry.d1, -geometry.l1
@@ -296,7 +287,7 @@ def _add_limits(joint: ET.Element, limits: JointSpec, mirrored: bool) -> None:
 
 
 def _add_link(
-    robot: ET.Element, name: str, part: LinkSpec, sign: float, shapes: list[Primitive]
+    robot: ET.Element, name: str, part: LinkSpec, sign: float, shapes: list[_Primitive]
 ) -> ET.Element:
     link = ET.SubElement(robot, "link", name=name)
     inertial = ET.SubElement(link, "inertial")
@@ -314,6 +305,6 @@ def _add_link(
     return link
 
 
-def _add_geometry(element: ET.Element, shape: Primitive) -> None:
+def _add_geometry(element: ET.Element, shape: _Primitive) -> None:
     ET.SubElement(element, "origin", xyz=numbers(*shape.origin), rpy=numbers(*shape.turn))
     ET.SubElement(ET.SubElement(element, "geometry"), shape.kind, shape.attributes)

@@ -24,11 +24,10 @@ from gaitopt.dataclass import dataclass
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source
 from gaitopt.model.feet.foot_shape import Points, box_points, placed_shapes
-from gaitopt.model.import_options import CapsuleRow, Payload
+from gaitopt.model.import_options import CapsuleRow
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.legs.kinematic_tree import points_on_lines, pose_model
 from gaitopt.model.robot import Robot
-from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
 DEFAULT_RADIUS = 0.05
@@ -79,38 +78,23 @@ class Capsule:
 
 
 @dataclass(frozen=True)
-class CapsuleKey:
-    """A robot, equal to all others of the same shape, whatever their limits and masses.
+class _CapsuleKey:
+    """A robot, equal to all others of the same shape, whatever their limits and masses."""
 
-    Attributes:
-        urdf: text of its description.
-        package_dirs: where its meshes are.
-        soles, sole: names of the sole frames, and their rectangle.
-        joints: names of those that move.
-        places: of joints and links on the bodies that carry them, which proportions change.
-        payloads: what it carries.
-        robot: itself, which is not compared.
-    """
-
-    urdf: str
-    package_dirs: tuple[str, ...]
-    soles: tuple[str, str]
-    sole: Sole
-    joints: tuple[str, ...]
-    places: tuple[float, ...]
-    payloads: tuple[Payload, ...]
+    shape: tuple[object, ...]
     robot: Robot = field(compare=False)
 
     @classmethod
-    def of(cls, robot: Robot) -> CapsuleKey:
-        """Return that of a robot."""
+    def of(cls, robot: Robot) -> _CapsuleKey:
         choices, soles = robot.choices, (robot.stance_sole, robot.swing_sole)
+        # Of joints and links on the bodies that carry them, which proportions change.
         placed = [*robot.model.jointPlacements, *(f.placement for f in robot.model.frames)]
         places = tuple(np.array([place.homogeneous for place in placed]).ravel().tolist())
-        return cls(
+        shape = (
             robot.urdf, choices.package_dirs, soles, robot.sole, robot.tree.names, places,
-            choices.payloads, robot,
+            choices.payloads,
         )  # fmt: skip
+        return cls(shape, robot)
 
 
 def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
@@ -123,7 +107,7 @@ def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
     """
     if robot.choices.capsules is not None:
         return tuple(map(Capsule.of_row, robot.choices.capsules))
-    return _capsules(CapsuleKey.of(robot))
+    return _capsules(_CapsuleKey.of(robot))
 
 
 def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
@@ -132,7 +116,7 @@ def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
 
 
 @lru_cache(maxsize=16)
-def _capsules(key: CapsuleKey) -> tuple[Capsule, ...]:
+def _capsules(key: _CapsuleKey) -> tuple[Capsule, ...]:
     robot = key.robot
     source = read_source(robot.urdf, robot.choices.package_dirs)
     bars, towards = _bars(robot), _towards_other_leg(robot)
@@ -397,7 +381,7 @@ def arm_capsules(robot: Robot) -> tuple[Capsule, ...]:
     """
     if robot.choices.arm_capsules is not None:
         return tuple(map(Capsule.of_row, robot.choices.arm_capsules))
-    return _arm_capsules(CapsuleKey.of(robot)) if arm_bodies(robot) else ()
+    return _arm_capsules(_CapsuleKey.of(robot)) if arm_bodies(robot) else ()
 
 
 def arm_capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
@@ -406,7 +390,7 @@ def arm_capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
 
 
 @lru_cache(maxsize=16)
-def _arm_capsules(key: CapsuleKey) -> tuple[Capsule, ...]:
+def _arm_capsules(key: _CapsuleKey) -> tuple[Capsule, ...]:
     robot, tree = key.robot, key.robot.tree
     source, images = read_source(robot.urdf, robot.choices.package_dirs), _Images(robot)
     stance_knee, swing_knee = robot.legs.knees

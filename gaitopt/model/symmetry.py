@@ -3,11 +3,11 @@
 Make an almost symmetric robot exactly symmetric: a half step must be the mirror of the next.
 
 Drawings and identified inertias differ a little from left to right. Joint lines meet in the middle
-(`mirror_lines`), rotors have the mean of both inertias, and bodies are averaged with the mirror
+(`_mirror_lines`), rotors have the mean of both inertias, and bodies are averaged with the mirror
 image of their partner in the ten dynamic parameters, in which the mean of two bodies that can exist
 can exist too (Wensing, Kim and Slotine, 2018, IEEE RA-L 3(1), section III).
 
-What that changes is judged by its effect on a walk, all of it together (`WalkProbe`): over the
+What that changes is judged by its effect on a walk, all of it together (`_WalkProbe`): over the
 range of motion, the mass matrix of the joints with one foot on the ground, and where the other foot
 is. A difference of a link's inertia, of a joint's line or of a rotor thus has one measure, and a
 light link or a joint near the ground counts as little as it matters.
@@ -17,10 +17,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.pinocchio_model import rigid_body
@@ -138,16 +138,8 @@ class Sides:
         return sorted([*zip(self.right, self.left, strict=True), *self.others], key=max)
 
 
-@dataclass(frozen=True)
-class LineGap:
-    """How far a joint's line is from the mirror image of its partner's.
-
-    Attributes:
-        joints: the right and the left one; those of the ankles' last joints for the soles.
-        sole: whether it is the soles that differ.
-        apart: distance [m].
-        turn: angle [rad].
-    """
+class _LineGap(NamedTuple):
+    """How far a joint's line, or the sole beyond it, is from its partner's image [m, rad]."""
 
     joints: _Pair
     sole: bool
@@ -235,40 +227,47 @@ class Symmetrised:
     effect: Effect
 
 
-@dataclass(frozen=True)
-class FootDynamics:
-    """A robot in m postures, the right foot standing, then the left.
+class _FootDynamics(NamedTuple):
+    """A robot in m postures, the right foot standing, then the left."""
 
-    Attributes:
-        mass: mass matrix of the n joints with that foot at rest [kg·m²], (m, 2, n, n).
-        place, turn: of the other sole in the standing one, shapes (m, 2, 3) and (m, 2, 3, 3).
-    """
-
-    mass: Array
-    place: Array
-    turn: Array
+    mass: Array  # (m, 2, n, n): of its joints with that foot at rest
+    place: Array  # (m, 2, 3): of the other sole in the standing one
+    turn: Array  # (m, 2, 3, 3): likewise
 
 
-@dataclass(frozen=True)
-class WalkProbe:
-    """Postures in which robots of one set of joints are compared.
+class _WalkProbe:
+    """Postures in which robots of one set of joints are compared: straight, and at random.
 
-    Attributes:
-        postures: configurations, free-flyer at the origin, shape (m, nq).
-        soles: names of the right and of the left sole frame.
-        partner: row of the partner of each joint, shape (n,).
+    Args:
+        model: of one of them, rooted at the pelvis.
+        sides: its pairs.
         length: of the leg [m].
-        arms: rows of joints beside the legs', and of such joints that carry them, those first that
-            carry others.
     """
 
-    postures: Array
-    soles: tuple[str, str]
-    partner: NDArray[np.intp]
-    length: float
-    arms: tuple[_Pair, ...] = ()
+    def __init__(self, model: pin.Model, sides: Sides, length: float) -> None:
+        self.soles, self.length = sides.soles, length
+        low, high = (
+            np.clip(np.array(b)[7:], -_WIDEST, _WIDEST)
+            for b in (model.lowerPositionLimit, model.upperPositionLimit)
+        )
+        ranged = low < high  # a range beyond that, or none, is as good as the whole
+        low, high = np.where(ranged, low, -_WIDEST), np.where(ranged, high, _WIDEST)
+        self.postures = np.tile(pin.neutral(model), (_POSTURES, 1))
+        random = np.random.default_rng(0)
+        self.postures[1:, 7:] = random.uniform(low, high, (_POSTURES - 1, len(low)))
+        self.partner = np.arange(len(low))
+        for pair in sides.pairs:
+            i, j = (model.joints[joint].idx_v - 6 for joint in pair)
+            self.partner[i], self.partner[j] = j, i
+        others = sorted({joint for pair in sides.others for joint in pair})
+        carried = ((joint, int(model.parents[joint])) for joint in others)
+        self.arms = [  # joints with those of arms that carry them, those first that carry others
+            (model.joints[joint].idx_v - 6, model.joints[carrier].idx_v - 6)
+            for joint, carrier in carried
+            if carrier in others
+        ]
 
-    def compare(self, first: FootDynamics, other: FootDynamics) -> Effect:
+    def compare(self, first: _FootDynamics, other: _FootDynamics) -> Effect:
         """Return how far two robots differ; the first one gives the scale."""
         moved = np.diagonal(first.mass, axis1=-2, axis2=-1).max(axis=1)  # (m, n): either foot
         moved = np.maximum(moved, moved[:, self.partner])
@@ -282,7 +281,7 @@ class WalkProbe:
         angle = 2.0 * np.arcsin(np.clip(chord, 0.0, 1.0))
         return Effect(float(change.max()), float(max(apart.max(), angle.max())))
 
-    def measure(self, model: pin.Model) -> FootDynamics:
+    def measure(self, model: pin.Model) -> _FootDynamics:
         """Return mass matrices and placements of a robot in all postures."""
         data, nv = model.createData(), model.nv
         frames = [model.getFrameId(name) for name in self.soles]
@@ -301,31 +300,7 @@ class WalkProbe:
         held = np.zeros((count, 2, nv, nv - 6))
         held[..., :6, :] = -np.linalg.solve(J[..., :6], J[..., 6:])
         held[..., 6:, :] = np.eye(nv - 6)
-        return FootDynamics(held.swapaxes(-1, -2) @ M[:, None] @ held, place, turn)
-
-
-def walk_probe(model: pin.Model, sides: Sides, length: float) -> WalkProbe:
-    """Return the postures in which variants of a robot are compared: straight, and at random."""
-    low, high = (
-        np.clip(np.array(b)[7:], -_WIDEST, _WIDEST)
-        for b in (model.lowerPositionLimit, model.upperPositionLimit)
-    )
-    ranged = low < high  # a range beyond that, or none, is as good as the whole
-    low, high = np.where(ranged, low, -_WIDEST), np.where(ranged, high, _WIDEST)
-    postures = np.tile(pin.neutral(model), (_POSTURES, 1))
-    postures[1:, 7:] = np.random.default_rng(0).uniform(low, high, (_POSTURES - 1, len(low)))
-    partner = np.arange(len(low))
-    for pair in sides.pairs:
-        i, j = (model.joints[joint].idx_v - 6 for joint in pair)
-        partner[i], partner[j] = j, i
-    others = sorted({joint for pair in sides.others for joint in pair})
-    carried = ((joint, int(model.parents[joint])) for joint in others)
-    arms = tuple(
-        (model.joints[joint].idx_v - 6, model.joints[carrier].idx_v - 6)
-        for joint, carrier in carried
-        if carrier in others
-    )
-    return WalkProbe(postures, sides.soles, partner, length, arms)
+        return _FootDynamics(held.swapaxes(-1, -2) @ M[:, None] @ held, place, turn)
 
 
 def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
@@ -338,12 +313,12 @@ def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
     whole = model.copy()
     filled = _fill_missing(whole, sides)
     even = whole.copy()
-    gaps = [gap for gap in mirror_lines(even, sides) if max(gap.apart, gap.turn) > _TOLD]
+    gaps = [gap for gap in _mirror_lines(even, sides) if max(gap.apart, gap.turn) > _TOLD]
     bodies = _average_bodies(even, sides)
     rotors = _average_rotors(even, sides)
     if not (bodies or rotors or gaps):
         return Symmetrised(even, (), filled, Effect(0.0, 0.0))
-    probe = walk_probe(even, sides, length)
+    probe = _WalkProbe(even, sides, length)
     seen = probe.measure(even)
 
     differ = [
@@ -435,7 +410,7 @@ def mirrored(inertia: pin.Inertia) -> pin.Inertia:
     return rigid_body(inertia.mass, S @ inertia.lever, S @ inertia.inertia @ S)
 
 
-def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
+def _mirror_lines(model: pin.Model, sides: Sides) -> tuple[_LineGap, ...]:
     """Make the joints of a model mirror images; tell how far each pair of lines was off.
 
     From the root outwards, a joint's line is compared with the mirror image of its partner's as it
@@ -462,15 +437,15 @@ def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
         lines = [C.rotation @ axes[j] for C, j in zip(carried, pair, strict=True)]
         points = [places[0].translation, REFLECTION @ places[1].translation]
         point, axis, apart, turn = _mean_line(points, [lines[0], REFLECTION @ lines[1]])
-        gaps.append(LineGap(pair, False, apart, turn))
+        gaps.append(_LineGap(pair, False, apart, turn))
         goals = ((point, axis), (REFLECTION @ point, REFLECTION @ axis))
         for joint, place, line, goal in zip(pair, places, lines, goals, strict=True):
-            moved[joint] = onto_line(place, line, *goal)
+            moved[joint] = _onto_line(place, line, *goal)
     frames = [model.getFrameId(name) for name in sides.soles]
     ankles = sides.right[-1], sides.left[-1]
     soles = [moved[j] * model.frames[f].placement for j, f in zip(ankles, frames, strict=True)]
     mean, apart, turn = _mean_placement(soles[0], mirror_placement(soles[1]))
-    gaps.append(LineGap(ankles, True, apart, turn))
+    gaps.append(_LineGap(ankles, True, apart, turn))
     if max(max(gap.apart, gap.turn) for gap in gaps) > _SAME:
         for joint in moved.keys() - {1}:
             model.jointPlacements[joint] = moved[int(model.parents[joint])].actInv(moved[joint])
@@ -479,7 +454,7 @@ def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
     return tuple(gaps)
 
 
-def onto_line(placement: pin.SE3, axis: Array, point: Array, goal: Array) -> pin.SE3:
+def _onto_line(placement: pin.SE3, axis: Array, point: Array, goal: Array) -> pin.SE3:
     """Return the placement turned and shifted as little as puts its axis on a line.
 
     Args:

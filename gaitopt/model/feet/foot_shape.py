@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import coal
 import numpy as np
@@ -58,15 +59,8 @@ class Points:
         return whole
 
 
-@dataclass(frozen=True)
-class PlacedShape:
-    """A shape of a link.
-
-    Attributes:
-        link: its name.
-        title: what it is, as "box" or "mesh".
-        points: of it, in the frame that was asked for.
-    """
+class PlacedShape(NamedTuple):
+    """A shape of a link, what it is, as "box" or "mesh", and its points in a frame."""
 
     link: str
     title: str
