@@ -286,14 +286,10 @@ class MotorAngles:
 
 
 def motor_angles(linkage: Linkage, joints: JointPair, q: Array) -> MotorAngles:
-    """Return angles of motors and their derivatives.
+    """Return angles of motors and derivatives at postures (K, m) [rad]; joints matter to rods.
 
     Where a rod is beyond its dead point, or does not reach, its angle goes on evenly: a search may
     pass there, a walk may not.
-
-    Args:
-        joints: where they are; matters to rods only.
-        q: angles of the joints, shape (K, m) [rad].
     """
     count, m = q.shape
     if linkage.jacobian:

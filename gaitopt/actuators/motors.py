@@ -232,10 +232,7 @@ class MotorTable:
         return tuple(drive.at_joint() for drive in self.drives)
 
     def apart(self, joints: str, names: Sequence[str]) -> MotorTable:
-        """Return the table with a drive of its own for some joints, as they have it now.
-
-        Args:
-            joints: pattern of their names; one that the table has is left as it is.
+        """Return the table with a drive of its own for joints of a pattern, as they have it now.
 
         Raises:
             SpecError: there are no such joints, or they have none or different drives.
@@ -336,11 +333,7 @@ def _with_number(drive: Drive, name: str, value: float) -> Drive:
 def joint_motors(
     motors: Sequence[JointMotor], names: Sequence[str], mirror: Array
 ) -> list[JointMotor | None]:
-    """Return the motor of each joint, None for joints that have none.
-
-    Args:
-        motors: where two patterns fit a joint, the later one counts.
-        mirror: exchange of left and right, shape (joints, joints).
+    """Return the motor of each joint, the later of two that fit, or None. `mirror` (n, n) is E.
 
     Raises:
         SpecError: a pattern fits no joint, or the two joints of a pair have different motors.

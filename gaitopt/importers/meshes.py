@@ -212,13 +212,10 @@ def unseen(model: Element) -> bool:
 
 
 def opacity(model: Element) -> float:
-    """Return the opacity of a lighting model, from 0 to 1.
+    """Return the opacity of a lighting model of a Collada document (`phong`, say), from 0 to 1.
 
     It is written in four ways (COLLADA 1.4.1, "Determining transparency"), and many programs wrote
     that of an opaque mesh as none.
-
-    Args:
-        model: `phong` element, say, of a Collada document.
     """
     factor = _numbers(model, "transparency", "float")
     colour = _numbers(model, "transparent", "color")

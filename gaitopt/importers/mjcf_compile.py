@@ -137,11 +137,7 @@ def load_mujoco() -> ModuleType:
 
 
 def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) -> Compilation:
-    """Compile an MJCF document.
-
-    Args:
-        path: of that file, None for text alone, which may include nothing.
-        tree: of the document with what it includes (`whole_mjcf`), for the places in messages.
+    """Compile an MJCF document, whose whole `tree` (`whole_mjcf`) tells the places in messages.
 
     Raises:
         RobotError: MuJoCo refuses the document, or a mass depends on a mesh that is missing.

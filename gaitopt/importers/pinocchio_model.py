@@ -137,9 +137,6 @@ def sound_inertia(mass: float, inertia: Array) -> Array:
 def refuse_unsound(model: pin.Model, problems: Iterable[FileProblem]) -> None:
     """Refuse a robot with a body that cannot be, or a joint that moves no mass.
 
-    Args:
-        model: a free-flyer and the joints of the legs; all other joints are locked.
-
     Raises:
         RobotError: naming the link if one is at fault, else the body or the joint.
     """

@@ -56,10 +56,7 @@ def parse_toml(
     advice: str = "correct that line",
     kind: type[InputError] = InputError,
 ) -> dict[str, Any]:
-    """Return the table that a TOML text holds.
-
-    Args:
-        text: of a file, as text or as the bytes of UTF-8, with or without a byte order mark.
+    """Return the table that a TOML text holds, bytes being UTF-8 with a byte order mark or not.
 
     Raises:
         InputError: it is not TOML, or too large; of the class asked for.

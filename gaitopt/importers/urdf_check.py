@@ -312,11 +312,7 @@ def _tensor(link: Link) -> Array:
 def urdf_findings(
     robot: Description, rotors: Iterable[Rotor], measure: Measure
 ) -> tuple[Finding, ...]:
-    """Return what was found in a URDF beside what its model shows.
-
-    Args:
-        measure: returns the diagonals of boxes about the shapes of a kind of some links [m].
-    """
+    """Return what was found in a URDF beside what its model shows."""
     return (*_rotors(rotors), *_soft_limits(robot), *_large_inertias(robot, measure))
 
 

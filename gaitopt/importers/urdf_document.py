@@ -244,11 +244,7 @@ def describe(tree: XmlTree) -> Description:
 def read_origin(
     owner: NamedElement, origin: Element | None, what: str, version: tuple[int, ...]
 ) -> pin.SE3:
-    """Read an `origin` element.
-
-    Args:
-        origin: None stands for no displacement.
-        what: it is the origin of, for messages.
+    """Read an `origin` element, where None stands for no displacement.
 
     Raises:
         RobotError: a value is no number, or the orientation cannot be told.

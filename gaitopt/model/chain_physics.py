@@ -92,7 +92,6 @@ def chain_physics(
     Args:
         mirror: the leg exchange E, shape (n, n).
         pelvis: placement of the pelvis frame at the neutral posture; its x-z plane is the mirror.
-        rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
 
     Raises:
         RobotError: a number of it is not usable, or gravity is none or does not point down.
@@ -304,8 +303,6 @@ def physics_findings(
     """Return what of a description's physics counts, and what was left out or averaged.
 
     Args:
-        described: as the description has it.
-        counted: what is left of it after the user's choice.
         limits: largest torques of the joints, shape (n,) [N·m].
         chosen: acceleration of free fall that the user gave [m/s²].
     """
@@ -334,13 +331,7 @@ def armature_findings(
     choices: ImportOptions,
     generated: bool,
 ) -> list[Finding]:
-    """Return what of the description's rotor inertias counts, and warn where there are none.
-
-    Args:
-        before: as the description has it.
-        model: after the user's choices.
-        generated: whether gaitopt made the description, whose motors have no rotors on purpose.
-    """
+    """Return what of a description's rotor inertias (`before` choices) counts, or its want."""
     rows = [model.joints[j].idx_v for leg in legs for j in leg]
     names = [str(model.names[j]) for leg in legs for j in leg]
     left_out = "armature" in choices.without

@@ -413,11 +413,7 @@ def _is_placed(choices: ImportOptions) -> bool:
 def _faces(
     stance: Stance, shapes: list[FootShape | None], *, told: bool
 ) -> tuple[FoundSole | None, FoundSole | None]:
-    """Return the soles that the shapes of the feet show, None for feet without shapes.
-
-    Args:
-        told: whether the user says how large the soles are and where: they need not be found.
-    """
+    """Return the soles that the feet show, None where they do not and need not (`told`)."""
 
     def found(side: int) -> FoundSole | None:
         if (shape := shapes[side]) is None:

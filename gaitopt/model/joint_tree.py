@@ -162,9 +162,6 @@ class JointTree:
 def joint_tree(model: pin.Model, pelvis: int, swing_foot: int) -> JointTree:
     """Return the tree of a model that is rooted at the stance sole.
 
-    Args:
-        pelvis, swing_foot: Pinocchio's indices of the joints that carry these bodies.
-
     Raises:
         RobotError: see `JointTree`.
     """
@@ -189,9 +186,7 @@ def lock_upper_body(
 ) -> pin.Model:
     """Keep the free-flyer, the joints that move one sole but not the other, and `moving`.
 
-    Args:
-        posture: configuration (nq,) in which the other joints are locked; neutral by default.
-        moving: names of further joints to keep (waist, arms, head).
+    The others are locked in a posture (nq,), the neutral one by default.
 
     Raises:
         RobotError: a sole is no frame but a joint.

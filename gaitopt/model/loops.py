@@ -69,11 +69,7 @@ def leg_loops(
     legs: LegJoints,
     problems: Iterable[FileProblem] = (),
 ) -> LegLoops:
-    """Return which motors turn joints of the legs through loops of bodies.
-
-    Args:
-        q: posture near which the loops are closed [rad], shape (nq,).
-        motors: names of the joints in them that motors turn.
+    """Return which motors turn joints of the legs through loops, closed near q (nq,) [rad].
 
     Raises:
         RobotError: a loop in a leg cannot be reduced to motors, one for each joint.

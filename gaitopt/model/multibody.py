@@ -174,11 +174,7 @@ class Multibody:
             motion[2][..., self.tied] += second * motion[1][..., self.tied_to] ** 2
 
     def by_motors(self, torque: Array, angles: Array) -> Array:
-        """Return torques (..., M) of joints as those of motors, which tied joints do not have.
-
-        Args:
-            torque, angles: of all joints [N·m, rad], shape (..., M) each.
-        """
+        """Return torques [N·m] of joints at angles [rad], (..., M) each, as those of motors."""
         found = torque.copy()
         _, slope, _ = self.followers(angles[..., self.tied_to])
         for k, (row, master) in enumerate(zip(self.tied, self.tied_to, strict=True)):
@@ -272,7 +268,6 @@ def multibody(
     one body.
 
     Args:
-        model: every joint of the file.
         posture: its reference posture, in which joints that do not move are locked, shape (nq,).
         chain: the same robot made symmetric; see `build_chain`.
     """

@@ -74,10 +74,7 @@ def change_feet(
     ankle: float,
     changes: Sequence[PartChange],
 ) -> tuple[Soles, list[Finding]]:
-    """Change the feet of a model; return their soles, and what was changed.
-
-    Args:
-        ankle: height above them [m].
+    """Change the feet of a model, ankles at a height [m]; return soles, and what was changed.
 
     Raises:
         RobotError: next to nothing would be left of a foot.

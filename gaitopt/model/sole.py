@@ -77,15 +77,12 @@ def sole_edge_speeds(corners: Array) -> Array:
 
 
 def sole_tilt(corners: Array) -> Array:
-    """Return the matrix from a sole's corners in the world to its tilt, shape (5, 12).
+    """Return the matrix from `Sole.corners` in the world to the tilt of a sole, shape (5, 12).
 
     Rows: how much higher the left edge is than the right, the heel than the toe (both per metre:
     the sines of roll and pitch), how far left the toe is of the heel (the sine of yaw); and how far
     the toe is ahead of the heel and the left edge left of the right, one where the sole is level,
     negative where it points backwards or is upside down, which the sines do not tell.
-
-    Args:
-        corners: in the sole frame, in the order of `Sole.corners` [m], shape (4, 3).
     """
     x, y = corners[:, 0] - corners[:, 0].mean(), corners[:, 1] - corners[:, 1].mean()
     rows = np.zeros((5, *corners.shape))

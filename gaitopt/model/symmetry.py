@@ -304,12 +304,7 @@ class _WalkProbe:
 
 
 def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
-    """Return a copy of the model that is its own mirror image, and what it took.
-
-    Args:
-        model: free-flyer and the moving joints, rooted at the pelvis.
-        length: of the leg [m].
-    """
+    """Return a copy of a model that is its own mirror image, and what it took."""
     whole = model.copy()
     filled = _fill_missing(whole, sides)
     even = whole.copy()
@@ -455,11 +450,7 @@ def _mirror_lines(model: pin.Model, sides: Sides) -> tuple[_LineGap, ...]:
 
 
 def _onto_line(placement: pin.SE3, axis: Array, point: Array, goal: Array) -> pin.SE3:
-    """Return the placement turned and shifted as little as puts its axis on a line.
-
-    Args:
-        point, goal: a point on and the direction of the line, shape (3,) each.
-    """
+    """Return a placement turned and shifted as little as puts its axis on a line, (3,) each."""
     goal = goal if goal @ axis >= 0.0 else -goal
     shift = point - placement.translation
     return pin.SE3(

@@ -74,7 +74,6 @@ def placed_shapes(
 
     Args:
         links: by name, their placements in the frames in which the points are wanted.
-        around: see `points_of`.
 
     Raises:
         RobotError: a mesh file is there, but is not one that can be read.
@@ -91,11 +90,7 @@ def placed_shapes(
 
 
 def points_of(shape: coal.CollisionGeometry, *, around: bool) -> Points | None:
-    """Return points of a shape in its own frame; None of planes and other shapes without end.
-
-    Args:
-        around: whether the points' hull contains what is round; else the points lie on it.
-    """
+    """Return points whose hull is a shape, or is `around` what is round; None without end."""
     if isinstance(shape, coal.Box):
         return box_points(np.ravel(shape.halfSide))
     if isinstance(shape, coal.Sphere):

@@ -128,7 +128,6 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array, leg: float = REACH
     Args:
         upright: columns forward, left and up of the standing foot in the frame of its joint,
             shape (3, 3).
-        ankle: centre of the ankle in that frame [m], shape (3,).
 
     Raises:
         RobotError: the flat part is smaller than 5 cm² below a leg of 0.6 m, or as much of another:
@@ -178,10 +177,6 @@ def common_rectangle(
     found: tuple[FoundSole | None, FoundSole | None], places: tuple[pin.SE3, pin.SE3]
 ) -> Rectangle | None:
     """Return the part of the right sole whose mirror image is part of the left one.
-
-    Args:
-        found: the soles in the frames of the last joints of the right and of the left leg.
-        places: of those joints in the pelvis frame.
 
     Raises:
         RobotError: the soles have nothing in common.
@@ -280,11 +275,6 @@ def lowest_face(points: Array, radii: Array | None, down: Array) -> Array | None
 
     The face is the largest one, of the convex hull of the foot, of those that look down, or the
     plane in which all points lie. None if no face is large enough to tell.
-
-    Args:
-        points: of the foot [m], shape (n, 3).
-        radii: of balls about the points [m], shape (n,); None for none.
-        down: unit vector, shape (3,).
     """
     plane = _plane(points, radii)
     if plane is not None:
@@ -438,14 +428,11 @@ def _area(polygon: Array) -> float:
 
 
 def _largest_inside(hull: Array, least: tuple[float, float]) -> Edges:
-    """Return the largest rectangle in a convex polygon, of no area where there is none.
+    """Return the largest rectangle in a convex polygon (m, 2), of no area where there is none.
 
     The logarithm of the area is concave in the edges, and the polygon holds them by linear
     inequalities: there is one maximum, which Newton's method finds from inside. Where it may slide,
     it stays near the middle.
-
-    Args:
-        hull: corners of the polygon, counterclockwise, shape (m, 2).
     """
     import quadprog  # few robots ask for it
 

@@ -75,8 +75,6 @@ def choose_soles(
     """Return the sole frames and their rectangle.
 
     Args:
-        found: lower faces of the feet, None where the feet have no shape.
-        names: frames of the right and of the left sole as the user named them.
         lost: shapes and meshes that cannot be used, to be told if they are missed.
 
     Raises:

@@ -57,11 +57,7 @@ class LegLines:
 
 
 def leg_lines(posed: PosedModel, leg: Sequence[int], foot: Array | None = None) -> LegLines:
-    """Return the joint lines of a leg in the root link.
-
-    Args:
-        foot: points of its foot in the frame of its last joint [m], shape (n, 3), if known.
-    """
+    """Return the joint lines of a leg in the root link, and points of its foot (n, 3), if known."""
     model, rows = posed.model, [posed.model.joints[joint].idx_q for joint in leg]
     ankle = posed.placements[leg[-1]]
     return LegLines(

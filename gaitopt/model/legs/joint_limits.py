@@ -76,7 +76,6 @@ def joint_limits(
 
     Args:
         joints: the moving ones, those of the stance leg first, shape (n,).
-        unequal: what to do where the sides differ, one of `choices.UNEQUAL`.
         right: which joints are on the right side, shape (n,); asked for "right" and "left".
         complete: gives torques (n,) to joints without any, which others have that lead them.
         elsewhere: joints whose motors sit elsewhere, so that theirs is the torque that is limited.
