@@ -239,9 +239,20 @@ def check_weights(weights: Mapping[str, float]) -> None:
             )
 
 
+@dataclass(frozen=True)
+class _OfJoints(Cost):
+    """What costs of weighed joints have in common."""
+
+    weights: Mapping[str, float] = joint_weights_field()
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+        check_weights(self.weights)
+
+
 @checked
 @dataclass(frozen=True)
-class TorqueCost(RunningCost):
+class TorqueCost(RunningCost, _OfJoints):
     """J = (1 / d) integral of Gamma' W Gamma dt, Eq. (46); W is one in the paper.
 
     Attributes:
@@ -256,10 +267,6 @@ class TorqueCost(RunningCost):
 
     name, unit, words = "torque", "N²·m·s", "squared torque per metre"
     reads = (quantities.TORQUE,)
-    weights: Mapping[str, float] = joint_weights_field()
-
-    def __post_init__(self) -> None:
-        check_weights(self.weights)
 
     def integrand(self, robot: Robot) -> QuantityFunction:
         return SquaredNorm(joint_weights(robot, self.weights))
@@ -452,7 +459,7 @@ class MotorPower(QuantityFunction):
 
 @checked
 @dataclass(frozen=True)
-class PeakTorque(Cost):
+class PeakTorque(_OfJoints):
     """J = p, the largest |torque| of any joint at any instant, weighed: a minimax.
 
     p is a parameter of the walk, below which all torques stay; the constraint holds between the
@@ -468,10 +475,6 @@ class PeakTorque(Cost):
 
     name, unit, words = "peak-torque", "N·m", "largest torque"
     reads = (quantities.PEAK,)
-    weights: Mapping[str, float] = joint_weights_field()
-
-    def __post_init__(self) -> None:
-        check_weights(self.weights)
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
@@ -532,7 +535,7 @@ class _Peak(CostFunction):
 
 @checked
 @dataclass(frozen=True)
-class TorqueRate(Cost):
+class TorqueRate(_OfJoints):
     """J = (1 / |d|) integral of the squared rates of the torques: how jerky the motors pull.
 
     Rates are those between consecutive samples, within the step: at the impact the torques jump,
@@ -547,10 +550,6 @@ class TorqueRate(Cost):
 
     name, unit, words = "torque-rate", "N²·m/s", "squared torque rate per metre"
     reads = (quantities.TORQUE,)
-    weights: Mapping[str, float] = joint_weights_field()
-
-    def __post_init__(self) -> None:
-        check_weights(self.weights)
 
     def function(self, context: CostContext) -> CostFunction:
         nodes = np.arange(context.grid.nodes) if context.nodes is None else context.nodes

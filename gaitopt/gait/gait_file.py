@@ -150,15 +150,13 @@ def _turn(phase: int) -> tuple[Member, ...]:
 _MOST = 3  # phases: the foot turns having landed, stands flat, turns before it leaves
 
 
-def _front(phase: int) -> tuple[Member, ...]:
-    """Return the array of the wrench on the front foot in a phase in which both stand."""
-    return (Member(f"front_wrench_{phase}", "float64", (4, 6), "N, N·m", "front sole"),)
-
-
 _REAR = (Member("rear_impulse_0", "float64", (6,), "N·s, N·m·s", _SOLE),)
 PHASES = (
     *(part for k in range(_MOST) for part in (_splines(k) if k else (), _turn(k)) if part),
-    *(_front(phase) for phase in range(1, _MOST)),
+    *(
+        (Member(f"front_wrench_{k}", "float64", (4, 6), "N, N·m", "front sole"),)
+        for k in range(1, _MOST)
+    ),
     _REAR,
 )
 """Groups of further arrays, each of which is in the file as a whole or not at all: those of the
@@ -393,23 +391,17 @@ def _schedule(gait: Gait) -> dict[str, object]:
         ends = [*ends[:-2], begin, PhaseEnd.LIFT_OFF]
     if gait.slapping:
         ends[0] = PhaseEnd.FOOT_FLAT
+    steps = [(feet, gait.trajectory.phases)]
+    if gait.second is not None:
+        other = {gait.stance_sole: gait.swing_sole_frame, gait.swing_sole_frame: gait.stance_sole}
+        exchanged = [{other[sole]: contact for sole, contact in one.items()} for one in feet]
+        steps.append((exchanged, gait.trajectory.second or ()))
     phases = [
         {"contacts": contacts, "duration": phase.duration, "end": end.value}
-        for contacts, phase, end in zip(feet, gait.trajectory.phases, ends, strict=True)
+        for on, parts in steps
+        for contacts, phase, end in zip(on, parts, ends, strict=True)
     ]
-    if gait.second is None:
-        return {"phases": phases, "symmetry": LegExchange.name}
-    other = {gait.stance_sole: gait.swing_sole_frame, gait.swing_sole_frame: gait.stance_sole}
-    later = zip(feet, gait.trajectory.second or (), ends, strict=True)
-    phases += [
-        {
-            "contacts": {other[sole]: contact for sole, contact in contacts.items()},
-            "duration": phase.duration,
-            "end": end.value,
-        }
-        for contacts, phase, end in later
-    ]
-    return {"phases": phases, "symmetry": _STRIDE}
+    return {"phases": phases, "symmetry": LegExchange.name if gait.second is None else _STRIDE}
 
 
 def record_text(record: Mapping[str, object]) -> str:

@@ -451,7 +451,9 @@ def _transition(members: Arrays, meta: dict[str, object]) -> Transition:
     ends = []
     for end in _ENDS:
         there = f"{end}_{OF_STEP[0]}" in members
-        ends.append(gait(f"{end}_", _record(members, end)) if there else None)
+        record = read_record(members, f"{end}_meta") if there else {}
+        own = {name: one for name, one in record.items() if name not in ("format", WRITTEN_BY)}
+        ends.append(gait(f"{end}_", own) if there else None)
     rests = [members.get(one.name, np.zeros(0)) for one in STANDING]
     names = tuple(map(str, members["parameter_names"].reshape(-1)))
     before, after = ends
@@ -462,12 +464,6 @@ def _transition(members: Arrays, meta: dict[str, object]) -> Transition:
     )
     _check_statements(result, members)
     return result
-
-
-def _record(members: Arrays, end: str) -> dict[str, object]:
-    """Return the record of a gait at an end."""
-    record = read_record(members, f"{end}_meta")
-    return {name: one for name, one in record.items() if name not in ("format", WRITTEN_BY)}
 
 
 def _schedule(transition: Transition) -> dict[str, object]:
