@@ -101,7 +101,11 @@ def _table(section: Section, width: int) -> Table:
             first, *others = shown if sure == "warning" else map(_short, shown)
             cells = (first if section.how else _in_lines(first, room), *others)
             table.add_row(*(Text(text, style=_STYLES.get(sure, "")) for text in cells))
-    _count_the_rest(table, seen, len(section.columns)) if section.how else None
+    for topic, count in seen.items() if section.how else ():
+        more = count - (_MOST if topic else 3 * _MOST)
+        if more > 0:
+            blank = [""] * (len(section.columns) - 2)
+            table.add_row(topic, *blank, Text(f"and {more} more: --html FILE"))
     return table
 
 
@@ -112,13 +116,6 @@ def _in_lines(name: str, room: int) -> str:
     cut = name.rfind("_", 1, room + 1)
     cut = room if cut < 1 else cut
     return f"{name[:cut]}\n{_in_lines(name[cut:], room)}"
-
-
-def _count_the_rest(table: Table, seen: Counter[str], columns: int) -> None:
-    for topic, count in seen.items():
-        more = count - (_MOST if topic else 3 * _MOST)
-        if more > 0:
-            table.add_row(*[topic, *[""] * (columns - 2)], Text(f"and {more} more: --html FILE"))
 
 
 def _short(text: str) -> str:

@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitopt.actuators.motors import JointMotor, MotorTable
-from gaitopt.dataclass import dataclass
 from gaitopt.design.requirements import MotorLoop
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
@@ -81,32 +80,25 @@ def library_figure(
         _draw_library((left, right), rows, axes, name, style)
         for (name, rows), style in zip(libraries.items(), _STYLES, strict=False)
     ]
+    counts, best, cut = zip(*drawn, strict=True)
     swept = f"{axes[0]} [{unit}]" if (unit := unit_of(axes[0])) else axes[0]
-    whose = f"Motors of a leg{drawn[0].best and ', '}{drawn[0].best}"
+    whose = f"Motors of a leg{best[0] and ', '}{best[0]}"
     for name in list(libraries)[1:]:
         whose += f"; dashed: {name_on_figure(name)}"
     words, unit = cost
     label_axes(left, swept, f"cost [{unit}]", words[:1].upper() + words[1:])
     label_axes(right, swept, "peak torque [N·m]", whose)
-    for panel in (left, right) if 1 < sum(one.lines for one in drawn) <= MOST else (right,):
+    for panel in (left, right) if 1 < sum(counts) <= MOST else (right,):
         panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    if any(one.cut for one in drawn):
+    if any(cut):
         figure.supxlabel(_GAP, fontsize=8.0)
     return figure
 
 
-@dataclass(frozen=True)
-class _Drawn:
-    """How many lines a library has, the one with the least cost, and whether one is interrupted."""
-
-    lines: int
-    best: str
-    cut: bool
-
-
 def _draw_library(
     panels: tuple[Axes, Axes], rows: list[Row], axes: list[str], name: str, style: str
-) -> _Drawn:
+) -> tuple[int, str, bool]:
+    """Return how many lines it has, the one with the least cost, and whether one is interrupted."""
     left, right = panels
     for panel in panels:
         panel.set_prop_cycle(None)  # the same colours for both libraries
@@ -121,7 +113,7 @@ def _draw_library(
         label = name_on_figure(motor.removeprefix(PEAK).replace("_", " "))
         label = label if style == _STYLES[0] else ""
         _draw_line(right, lines[best], (axes[0], motor), label, cuts[best], style)
-    return _Drawn(len(lines), best, any(cuts.values()))
+    return len(lines), best, any(cuts.values())
 
 
 def _lines(rows: list[Row], axes: list[str]) -> dict[str, list[Row]]:
