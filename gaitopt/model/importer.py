@@ -250,6 +250,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         replace(posed, problems=problems), pair.legs, heading.rotation, choices.moving, ties,
         loaded_joints(model, choices.payloads),
     )  # fmt: skip
+    if toes := {joint for both in others for joint in both} & {*pair.beyond}:
+        pair = replace(pair, beyond=tuple(j for j in pair.beyond if j not in toes))
+        shapes = _shapes(source, posed, pair, choices)
     sized: list[Finding] = []
     moving = (*pair.legs[0], *pair.legs[1], *(joint for both in others for joint in both))
     if choices.proportions:
@@ -332,7 +335,7 @@ def _heading_with_feet(
     source: Source, posed: PosedModel, pair: LegPair, choices: ImportOptions
 ) -> tuple[LegPair, Heading, list[FootShape | None]]:
     """Return the legs with the right one first, where the robot looks, and their feet's shapes."""
-    shapes = _shapes(source, posed.model, pair, choices)
+    shapes = _shapes(source, posed, pair, choices)
     feet = [None if shape is None else shape.points for shape in shapes]
     lines = [leg_lines(posed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
     heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
@@ -384,12 +387,19 @@ def _rotors(choices: ImportOptions, model: pin.Model, folder: Path) -> tuple[Lim
 
 
 def _shapes(
-    source: Source, model: pin.Model, pair: LegPair, choices: ImportOptions
+    source: Source, posed: PosedModel, pair: LegPair, choices: ImportOptions
 ) -> list[FootShape | None]:
     """Shapes of the feet, only looked for where they are still asked: meshes may be missing."""
     if choices.sole is not None and choices.forward is not None and _is_placed(choices):
         return [None, None]
-    return [foot_points(source, model, leg[-1]) for leg in pair.legs]
+    model, places = posed.model, posed.placements
+    return [
+        foot_points(source, model, foot, {
+            toe: places[foot].actInv(places[toe])
+            for toe in pair.beyond if foot in model.supports[toe]
+        })
+        for *_, foot in pair.legs
+    ]  # fmt: skip
 
 
 def _soles(

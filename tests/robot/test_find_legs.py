@@ -102,6 +102,35 @@ def test_toes_belong_to_the_foot(robot, count):
     assert toed.mass == pytest.approx(56.87 + 0.2 * count, abs=1e-9)
 
 
+def _shod_toes(root):
+    """Toes with soles of their own, as high as the foot's and 4 cm ahead of it."""
+    add_toes()(root)
+    for side in ("left", "right"):
+        shape = ET.SubElement(link(root, f"{side}_toes_0"), "collision")
+        ET.SubElement(shape, "origin", xyz="0.037 0 -0.009")
+        ET.SubElement(ET.SubElement(shape, "geometry"), "box", size="0.04 0.136 0.012")
+
+
+def _fixed_toes(root):
+    _shod_toes(root)
+    for side in ("left", "right"):
+        joint(root, f"{side}_toe_0").set("type", "fixed")
+
+
+def test_locked_toes_bear_as_fixed_ones_do(robot):
+    toed, fixed = (Robot.from_urdf(edited_urdf(edit)) for edit in (_shod_toes, _fixed_toes))
+    assert toed.sole == fixed.sole
+    assert toed.sole.toe == pytest.approx(robot.sole.toe + 0.04, abs=1e-9)
+    assert relative_error(effort(toed), effort(fixed)) < 1e-12
+
+
+def test_toes_that_move_bear_nothing(robot):
+    moved = Robot.from_urdf(edited_urdf(_shod_toes), moving=("*_toe_*",))
+    assert moved.joint_names[-2:] == ("left_toe_0", "right_toe_0")
+    assert moved.sole == robot.sole
+    assert "locked" not in said(moved, "legs")
+
+
 def test_sides_are_told_by_place_not_by_name(robot):
     crossed = Robot.from_urdf(edited_urdf(rename({"left": "right", "right": "left"})))
     assert crossed.joint_names == tuple(

@@ -172,21 +172,25 @@ class FootShape:
         return f"{self.kind} geometry: {', '.join(named)}"
 
 
-def foot_points(source: Source, model: pin.Model, foot_joint: int) -> FootShape | None:
+def foot_points(
+    source: Source, model: pin.Model, foot_joint: int, toes: Mapping[int, pin.SE3] | None = None
+) -> FootShape | None:
     """Return the shape of all links that the last joint of a leg carries.
 
     The collision geometry, where there is none what is drawn, None where there is neither.
 
     Args:
         model: of the source, or one made from it by locking joints; links keep their names.
+        toes: placements in that joint of others beyond it that stand still.
 
     Raises:
         RobotError: a mesh file of the foot cannot be read.
     """
+    places = {foot_joint: pin.SE3.Identity(), **(toes or {})}
     links = {
-        str(frame.name): frame.placement
+        str(frame.name): places[frame.parentJoint] * frame.placement
         for frame in model.frames
-        if frame.parentJoint == foot_joint and frame.type == pin.FrameType.BODY
+        if frame.parentJoint in places and frame.type == pin.FrameType.BODY
     }
     for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
         shapes = placed_shapes(source, kind, links, around=False)
