@@ -53,7 +53,7 @@ from gaitopt.gait.stride import (
 )
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
-from gaitopt.gait.walk_point import Product, RowSlopes, WalkPoint
+from gaitopt.gait.walk_point import Product, RowSlopes, Table, WalkPoint
 from gaitopt.model.robot import Robot
 from gaitopt.model.scales import Scales
 from gaitopt.nlp import NLP, Array, Point, ProgressCallback, Rows, Values, Variables
@@ -90,6 +90,9 @@ class _Derivatives:
     steps: tuple[Step, ...]
     derivatives: tuple[StepDerivatives, ...]
     jacobians: Jacobians
+
+
+_LARGE = 50_000  # numbers: to scale fewer takes less time than to ask one part more for its rows
 
 
 class WalkProblem(NLP):
@@ -291,21 +294,28 @@ class WalkProblem(NLP):
         self._last_point = WalkPoint(values, gradient, slopes)
         return self._last_point
 
-    def _slopes(self, step: Step | Steps, jacobians: Jacobians) -> list[Array | Product]:
-        """Return the derivatives of scaled rows in x, shape (k, P), those formed in one table."""
-        found: list[Array | Product] = []
+    def _slopes(self, step: Step | Steps, jacobians: Jacobians) -> list[Table | Product]:
+        """Return the derivatives of scaled rows in x, those formed in one table.
+
+        Those of gaps, and many that are quantities as they are, are left as they are.
+        """
+        found: list[Table | Product] = []
         table, first = np.empty((self.rows.lower.size, self.layout.size)), 0
         for block, rows in zip(self.blocks, self._slices, strict=True):
             product = jacobians.products.get(block.reads[0])
-            if product is None or not block.whole(step.values):
+            kept = product is not None or block.size * self.layout.size > _LARGE
+            if not (kept and block.whole(step.values)):
                 slopes = block.function.chained(block.take(step.values), block.take(jacobians))
                 np.multiply(slopes, block.per_unit, out=table[rows].reshape(slopes.shape))
                 continue
             if first < rows.start:
-                found.append(table[first : rows.start])
-            found.append(replace(product, per_unit=1.0 / block.scale))
-            first = rows.stop
-        return [*found, table[first:]] if first < len(table) else found
+                found.append(Table(table[first : rows.start]))
+            per_unit, first = 1.0 / block.scale, rows.stop
+            if product is None:
+                found.append(Table(jacobians[block.reads[0]], per_unit))
+            else:
+                found.append(replace(product, per_unit=per_unit))
+        return [*found, Table(table[first:])] if first < len(table) else found
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""

@@ -191,6 +191,9 @@ def _quadratic(second: Array, jacobian: Array) -> Array:
         # as of squared torques: a product with its own transpose is half the work
         rooted = (np.sqrt(own)[:, :, None] * jacobian).reshape(-1, width)
         return np.asarray(rooted.T @ rooted)
+    bent, used = second.any(axis=(1, 2)), second.any(axis=(0, 1))
+    if not (bent.all() and used.all()):  # as of a limit that is met at few instants
+        second, jacobian = second[np.ix_(bent, used, used)], jacobian[np.ix_(bent, used)]
     return np.asarray(jacobian.reshape(-1, width).T @ (second @ jacobian).reshape(-1, width))
 
 
@@ -237,7 +240,9 @@ def _own_hessian(
         H += _sole_twist_hessian(model, step, derivatives, first[quantities.SOLE_TWIST][0])
     if step.landed is not None:
         H += _impulse_hessian(step, derivatives, first[quantities.IMPULSE][0])
-    H += inputs.T @ impact.hessian(at_impact) @ inputs
+    own = model.beyond_knots
+    inputs, boundary = inputs[:, own], model.at_start[:, own]
+    H[own, own] += inputs.T @ impact.hessian(at_impact) @ inputs
     if step.flat is not None:
         pushed = first[quantities.REAR_IMPULSE][0]
         bent = model.flat_impact.hessian(step.flat, back.after_flat, pushed)
@@ -246,8 +251,8 @@ def _own_hessian(
         step.posture, derivatives.posture, back.q_start,
         first[quantities.LEGS], first[quantities.GAPS],
     )  # fmt: skip
-    columns, boundary = model.layout.boundary_columns, model.at_start
-    H += boundary.T @ posture[np.ix_(columns, columns)] @ boundary
+    columns = model.layout.boundary_columns
+    H[own, own] += boundary.T @ posture[np.ix_(columns, columns)] @ boundary
     return H
 
 
@@ -309,7 +314,8 @@ def local_gradient(
     gradient[:, n + hinges : 2 * n] += first[quantities.RATES]
     gradient[:, 2 * n + hinges :] += first[quantities.ACCELERATIONS]
     for what, reading in derivatives.optional.items():
-        gradient[:, :n] += reading.vjp(first[what])
+        if first[what].any():
+            gradient[:, :n] += reading.vjp(first[what])
     return np.asarray(gradient)
 
 
@@ -327,7 +333,8 @@ def local_hessian(
     corners = first[quantities.CORNERS].reshape(len(support.effort), 4, 3)
     qq = effort.qq + support.corner_hessian(corners)
     for what, reading in derivatives.optional.items():
-        qq += reading.hessian(first[what])
+        if first[what].any():
+            qq += reading.hessian(first[what])
     return replace(effort, qq=qq)
 
 

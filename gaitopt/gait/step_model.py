@@ -642,7 +642,7 @@ class StepModel(StepModelBase):
         table = pairs.reshape(-1, width**2).T @ by_pair.reshape(-1, n**2)
         table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
         coefficients = derivatives.coefficients.reshape(width * n, -1)
-        H = coefficients.T @ (table @ coefficients)
+        H = self._through(table, coefficients)
         lasts = self.along("duration")
         if lasts is not None:  # the map itself depends on it
             stretched = (self.basis.at(step.duration, 1) @ step.coefficients).reshape(count, -1, 1)
@@ -651,6 +651,42 @@ class StepModel(StepModelBase):
             both = np.outer(lasts, weights.ravel() @ coefficients)
             H += both + both.T + float(np.sum(stretched * felt)) * np.outer(lasts, lasts)
         return np.asarray(H)
+
+    @cached_property
+    def beyond_knots(self) -> slice:
+        """Entries of x on which the ends of the step depend.
+
+        Of a step by itself all but the postures at inner knots, which come first in x; else all.
+        """
+        alone = self.chart.offset is None and self._flat_impact is None
+        return slice(self.layout.knots.stop if alone else 0, None)
+
+    def _through(self, table: Array, coefficients: Array) -> Array:
+        """Return C' T C, or what has its symmetric part, shape (P, P).
+
+        C takes the postures at the inner knots from x as they are, so that two thirds of the
+        products are left out where nothing else depends on them.
+
+        Args:
+            table: T, of pairs of coefficients, shape (K n, K n).
+            coefficients: C, their derivatives in x, shape (K n, P).
+        """
+        own, n, m = self.beyond_knots, self.layout.joints, self.layout.knots.stop
+        if not own.start:
+            return np.asarray(coefficients.T @ (table @ coefficients))
+        inner, others = slice(n, n + m), self._ends
+        of_others, C = table[others], coefficients[others, own]
+        H = np.zeros((coefficients.shape[1],) * 2)
+        H[:m, :m] = table[inner, inner]
+        H[:m, own] = (table[inner, others] + of_others[:, inner].T) @ C
+        H[own, own] = C.T @ (of_others[:, others] @ C)
+        return H
+
+    @cached_property
+    def _ends(self) -> NDArray[np.int_]:
+        """Coefficients that are no postures at inner knots, of all joints, shape (4 n,)."""
+        n, m = self.layout.joints, self.layout.knots.stop
+        return np.concatenate([np.arange(n), np.arange(n + m, m + 4 * n)])
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,55 @@ from gaitopt.nlp import Array, Indices, Point, Values
 
 
 @dataclass(frozen=True)
+class Table:
+    """Derivatives in x of rows.
+
+    Attributes:
+        table: shape (k, P), or of r numbers at K instants, which are counted instant by instant,
+            shape (K, r, P).
+        per_unit: by which each of those numbers is multiplied, shape (r,); None: by 1.
+    """
+
+    table: Array
+    per_unit: Array | None = None
+
+    @property
+    def whole(self) -> Array:
+        """The derivatives, as of `table`."""
+        return self.table if self.per_unit is None else self.table * self.per_unit[:, None]
+
+    @property
+    def finite(self) -> bool:
+        """Whether every derivative is a finite number."""
+        return bool(np.isfinite(self.table).all())
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return int(self.table.size // self.table.shape[-1])
+
+    def __getitem__(self, rows: Indices) -> Array:
+        """Return some rows by their numbers, ascending (k,), shape (k, P)."""
+        if self.per_unit is None:
+            return self.table[rows]
+        instants, entries = np.divmod(rows, self.per_unit.size)
+        return np.asarray(self.table[instants, entries] * self.per_unit[entries, None])
+
+    def __matmul__(self, step: Array) -> Array:
+        """Return the change of all rows along a step (P,), shape (k,) or (K r,)."""
+        return _scaled(self.table @ step, self.per_unit)
+
+    def most_change(self, scale: Array, rows: Indices | None) -> Array:
+        """Return as of `Point.most_change`."""
+        if rows is None:
+            return _scaled(np.abs(self.table) @ scale, self.per_unit)
+        return np.asarray(np.abs(self[rows]) @ scale)
+
+
+def _scaled(changes: Array, per_unit: Array | None) -> Array:
+    return (changes if per_unit is None else changes * per_unit).ravel()
+
+
+@dataclass(frozen=True)
 class Product:
     """Derivatives in x of what depends on the joint angles alone, r numbers at K instants.
 
@@ -60,7 +109,7 @@ class Product:
 
     def __matmul__(self, step: Array) -> Array:
         """Return the change of all rows along a step (P,), shape (K r,)."""
-        return self._scaled(self.local.along(self.angles @ step))
+        return _scaled(self.local.along(self.angles @ step), self.per_unit)
 
     def most(self, changes: Array, rows: Indices | None) -> Array:
         """Return a bound of the changes of all rows (K r,), or a closer one of some (k,).
@@ -70,7 +119,7 @@ class Product:
             rows: numbers of some.
         """
         if rows is None:
-            return self._scaled(self.local.most(changes))
+            return _scaled(self.local.most(changes), self.per_unit)
         instants, local = self._local(rows)
         return np.asarray((np.abs(local) * changes[instants]).sum(axis=1))
 
@@ -80,14 +129,11 @@ class Product:
         local = self.local.rows(instants, entries)
         return instants, local if self.per_unit is None else local * self.per_unit[entries, None]
 
-    def _scaled(self, changes: Array) -> Array:
-        return (changes if self.per_unit is None else changes * self.per_unit).ravel()
-
 
 class RowSlopes:
-    """The Jacobian of a walk's rows, shape (m, P), in tables (k, P) and products, in order."""
+    """The Jacobian of a walk's rows, shape (m, P), in parts that follow each other."""
 
-    def __init__(self, parts: Sequence[Array | Product]) -> None:
+    def __init__(self, parts: Sequence[Table | Product]) -> None:
         self._parts = parts
         self._edges = np.cumsum([0, *map(len, parts)])
 
@@ -112,7 +158,7 @@ class RowSlopes:
                     changes[key] = np.abs(part.angles) @ scale
                 found.append(part.most(changes[key], some))
             else:
-                found.append(np.abs(part if some is None else part[some]) @ scale)
+                found.append(part.most_change(scale, some))
         return np.concatenate(found)
 
     def _by_part(self, rows: Indices) -> list[Indices]:
@@ -125,20 +171,12 @@ class RowSlopes:
     @property
     def finite(self) -> bool:
         """Whether every derivative is a finite number."""
-        return all(
-            part.finite if isinstance(part, Product) else bool(np.isfinite(part).all())
-            for part in self._parts
-        )
+        return all(part.finite for part in self._parts)
 
     @property
     def whole(self) -> Array:
         """All rows, shape (m, P)."""
-        return np.concatenate(
-            [
-                part.whole.reshape(len(part), -1) if isinstance(part, Product) else part
-                for part in self._parts
-            ]
-        )
+        return np.concatenate([part.whole.reshape(len(part), -1) for part in self._parts])
 
 
 class WalkPoint(Point):

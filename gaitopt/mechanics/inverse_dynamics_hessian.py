@@ -192,17 +192,21 @@ def inverse_dynamics_hessian(
     terms = _by_instant(count, beta, alpha, gamma, beta_v, alpha_v, IS)
     S, p, U = SpUr[:, :6], SpUr[:, 6:12], SpUr[:, 12:18]
     beta, gamma, beta_v = terms[:, :6], terms[:, 12:18], terms[:, 18:24]
-    upper, lower = np.empty((2, 4, count, n, n))
-    _table(SpUr[:, 6:], terms[:, :18], upper[0])
-    _table(SpUr[:, 6:18], terms[:, 18:30], upper[1])
-    _table(S, beta_v, upper[2])
-    _table(U, terms[:, 30:], upper[3])
-    lower[0], lower[2] = upper[0].swapaxes(1, 2), upper[2].swapaxes(1, 2)
-    _table(gamma, 2.0 * p, lower[1])
-    lower[1] += beta.swapaxes(1, 2) @ S
-    _table(gamma, S, lower[3])
-    qq, qv, vv, qa = tree.joined(upper, lower)
-    return InverseDynamicsHessian(qq=qq, qv=qv, vv=vv, qa=qa, base=gamma.swapaxes(1, 2))
+    tables = np.empty((6, count, n, n))
+    _table(SpUr[:, 6:], terms[:, :18], tables[0])
+    _table(S, beta_v, tables[1])
+    _table(SpUr[:, 6:18], terms[:, 18:30], tables[2])
+    _table(gamma, 2.0 * p, tables[3])
+    tables[3] += beta.swapaxes(1, 2) @ S
+    _table(U, terms[:, 30:], tables[4])
+    _table(gamma, S, tables[5])
+    return InverseDynamicsHessian(
+        qq=tree.symmetric(tables[0]),
+        qv=tree.joined(tables[2], tables[3]),
+        vv=tree.symmetric(tables[1]),
+        qa=tree.joined(tables[4], tables[5]),
+        base=gamma.swapaxes(1, 2),
+    )
 
 
 def _own_terms(inertia: Array, moved: Array, a: Array) -> Array:

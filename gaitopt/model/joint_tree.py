@@ -129,8 +129,10 @@ class JointTree:
         At [i, j] it is `upper` where i is j or moves it, `lower` where j moves i, and zero for
         joints of different branches, which move no body in common.
         """
-        above, below = self._related
-        return np.asarray(upper * above + lower * below)
+        found = np.where(self._above, upper, lower)
+        if not self.serial:
+            found *= self._related
+        return found
 
     def symmetric(self, upper: Array) -> Array:
         """Return `joined` with its transpose: a symmetric table (..., n, n)."""
@@ -155,8 +157,13 @@ class JointTree:
         return self._inward[1] - np.eye(self.size)
 
     @cached_property
-    def _related(self) -> tuple[Array, Array]:
-        return np.ascontiguousarray(self._inward[1]), np.ascontiguousarray(self._strictly.T)
+    def _above(self) -> NDArray[np.bool_]:
+        return np.ascontiguousarray(self.moves.T)
+
+    @cached_property
+    def _related(self) -> Array:
+        """1 at [i, j] where joint i moves joint j, is it, or is moved by it; else 0."""
+        return np.maximum(*self._inward)
 
 
 def joint_tree(model: pin.Model, pelvis: int, swing_foot: int) -> JointTree:

@@ -70,6 +70,20 @@ def test_no_row_changes_by_more_than_is_said(point):
     assert (closer < 0.9 * said[rows]).any()
 
 
+def test_large_tables_left_as_they_are_give_the_same_rows(point, rng, monkeypatch):
+    monkeypatch.setattr("gaitopt.gait.problem._LARGE", 0)
+    large = WalkProblem(walk().robot, walk().task).point(point.x)
+    assert len(large.slopes._parts) > len(point.slopes._parts)
+    scale, step = walk().variables.scale, rng.normal(size=point.x.size)
+    rows = np.sort(rng.choice(point.rows.size, 200, replace=False))
+    np.testing.assert_array_equal(large.jacobian, point.jacobian)
+    np.testing.assert_allclose(large.slopes[rows], point.slopes[rows], rtol=1e-14, atol=1e-14)
+    np.testing.assert_allclose(large.slopes @ step, point.slopes @ step, rtol=1e-12, atol=1e-12)
+    for some in (None, rows):
+        told = point.most_change(scale, some)
+        np.testing.assert_allclose(large.most_change(scale, some), told, rtol=1e-12, atol=1e-12)
+
+
 def test_numbers_that_are_none_are_seen(point):
     assert point.finite
     point.slopes._parts[-1].angles[0, 0, 0] = np.nan
