@@ -85,7 +85,7 @@ def test_what_cannot_be_written_is_told_before_any_work(
 ):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitopt.cli.simulate.load_gait", lambda path: pytest.fail("work"))
+    monkeypatch.setattr("gaitopt.cli.simulate.loaded", lambda path: pytest.fail("work"))
     result = cli("simulate", designed / "gait.npz", *words)
     assert result.exit_code == 2
     assert message in result.stderr
