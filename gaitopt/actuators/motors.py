@@ -377,6 +377,11 @@ def motors_of(text: str, where: str = "motor table") -> MotorTable:
         SpecError: the text is no TOML, a table or a value in it is wrong, or there are no drives.
     """
     table = parse_toml(text, where, kind=SpecError)
+    if "gear" in table:
+        raise SpecError(
+            f"{where}: unknown entry 'gear': a catalogue is for gaitopt size --catalogue; --motors "
+            "takes a table that says which joints have which motor, [[drives]], as size writes it"
+        )
     check_keys(where, table, ("motors", "drives"), SpecError)
     own = table.get("motors", {})
     if not isinstance(own, Mapping):
@@ -407,6 +412,11 @@ def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor],
         SpecError: it cannot be used; the message says what is wrong and what is allowed.
     """
     table = parse_toml(text, where, kind=SpecError)
+    if "drives" in table:
+        raise SpecError(
+            f"{where}: unknown entry 'drives': a table with them is for --motors; which joints "
+            "have which motor of a catalogue is for gaitopt size to choose"
+        )
     check_keys(where, table, ("motors", "known", "gear"), SpecError)
     own, names = table.get("motors", {}), table.get("known", [])
     if not isinstance(own, Mapping) or not isinstance(names, list):
@@ -482,7 +492,8 @@ def _numbers(where: str, entry: object, kind: type, texts: tuple[str, ...]) -> d
     needed = {one.name for one in fields(kind) if one.default is MISSING} - {"name"}
     if missing := [name for name in (*texts, *units) if name in needed - set(entry)]:
         what = "every figure of the motor" if kind is Motor else "it in every [[drives]] entry"
-        raise SpecError(f"{where}: {', '.join(missing)} is missing; give {what}")
+        verb = "is" if len(missing) == 1 else "are"
+        raise SpecError(f"{where}: {', '.join(missing)} {verb} missing; give {what}")
     values: dict[str, Any] = {}
     for name, value in entry.items():
         if name in texts:

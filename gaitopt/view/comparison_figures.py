@@ -196,6 +196,7 @@ def _draw_errors(panel: Axes, seconds: Array, values: Sequence[float], name: str
 
 _COLUMNS = 3
 _WIDTH, _HEIGHT = 3.2, 2.6  # inch, of a panel
+_AT_ONCE = 1e-9  # of a stride: two instants so close are one, before and after a jump
 _LINE = 201  # points of a line of the envelope
 
 
@@ -228,11 +229,7 @@ def torque_speed_figure(
         slides = first[k].slides
         unit, size = ("m/s", 1.0) if slides else ("rpm", RPM)
         for label, of in loops.items():
-            closed = np.append(np.arange(len(of[k].time)), 0)  # the stride repeats itself
-            panel.plot(
-                of[k].rate[closed] / size, of[k].torque[closed], linewidth=1.1,
-                label=name_on_figure(label),
-            )  # fmt: skip
+            _draw_loop(panel, of[k], size, name_on_figure(label))
         drive = None if table is None else first[k].drive(table)
         if drive is not None:
             _draw_envelope(panel, drive.at_joint())
@@ -247,6 +244,16 @@ def torque_speed_figure(
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
+
+
+def _draw_loop(panel: Axes, loop: MotorLoop, size: float, label: str) -> None:
+    """Draw torque over speed, dotted where an impact, or a change of contact, makes them jump."""
+    curve = np.stack([loop.rate / size, loop.torque])
+    after = np.append(np.flatnonzero(np.diff(loop.time) <= _AT_ONCE * loop.time[-1]) + 1, 0)
+    (line,) = panel.plot(*np.insert(curve, after[:-1], np.nan, axis=1), linewidth=1.1, label=label)
+    apart = np.full((2, after.size), np.nan)
+    jumps = np.stack([curve[:, after - 1], curve[:, after], apart], axis=2)  # the last closes it
+    panel.plot(*jumps.reshape(2, -1), color=line.get_color(), linestyle=":", linewidth=0.9)
 
 
 def _draw_limits(panel: Axes, loop: MotorLoop, size: float) -> None:

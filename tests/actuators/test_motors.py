@@ -132,7 +132,7 @@ def test_motors_of_pairs():
         ('joints = "*"', 'joints = ["a", "b"]', r"give each pattern a \[\[drives\]\] entry"),
         ('joints = "*"', 'joints = ""', "joints must be a pattern of joint names"),
         ("[motors.example]", "[motors]", "must hold tables|give a table"),
-        ("[motors.example]", "gear = 3\n[motors.example]", "unknown entry 'gear'"),
+        ("[motors.example]", "gear = 3\n[motors.example]", "'gear': a catalogue is for gaitopt"),
     ],
 )  # fmt: skip
 def test_tables_that_cannot_be_are_refused_with_words(old, new, said):
@@ -170,7 +170,7 @@ def test_whole_tables_that_cannot_be_are_refused(text, said):
         ('known = ["ak80-6"]\n[gear]\nratio = [5]', "did you mean 'ratios'"),
         ('known = ["ak80-6"]\n[gear]\nefficiency = 2', "it must be a share, at most 1"),
         ('known = ["ak80-6"]\n[gear]\nfriction = 1e30', "it must be at most 10000 N·m"),
-        ("[[drives]]\njoints = '*'", "unknown entry 'drives'"),
+        ("[[drives]]\njoints = '*'", "unknown entry 'drives': a table with them is for --motors"),
     ],
 )  # fmt: skip
 def test_catalogues_that_cannot_be_are_refused(text, said):

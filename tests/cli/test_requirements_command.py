@@ -81,8 +81,16 @@ def test_the_figure_has_a_panel_for_each_motor(cli, gait_file, slow, tmp_path):
     loops = {"a": motor_loops(load_gait(gait_file)), "b": motor_loops(load_gait(slow))}
     panels = torque_speed_figure(loops).axes
     assert [panel.get_title(loc="left") for panel in panels[3:5]] == ["knee", "ankle pitch"]
-    line = panels[3].lines[1]
-    assert line.get_ydata()[:-1] == pytest.approx(loops["b"][3].torque)
+    knee, (line, jumps) = loops["b"][3], panels[3].lines[2:4]
+    drawn = line.get_ydata()
+    assert drawn[~np.isnan(drawn)] == pytest.approx(knee.torque)
+    # the two landings of a stride, which no line may seem to pass through
+    starts, ends, apart = jumps.get_ydata().reshape(-1, 3).T
+    assert np.isnan(apart).all()
+    assert ends == pytest.approx(knee.torque[[*np.flatnonzero(np.diff(knee.time) < 1e-12) + 1, 0]])
+    assert starts[-1] == knee.torque[-1]
+    assert (np.abs(ends - starts) > 1.0).sum() == 2
+    assert jumps.get_linestyle() == ":" != line.get_linestyle()
 
 
 @pytest.mark.parametrize(
