@@ -7,10 +7,10 @@ Everything a user needs stands here; each name is imported when it is first used
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING
 
 from gaitopt.version import __version__
 
+TYPE_CHECKING = False  # as type checkers know it; `typing` takes three quarters of this import
 if TYPE_CHECKING:
     from gaitopt.actuators.linkages import read_linkages
     from gaitopt.actuators.motors import MotorTable, read_motors
