@@ -182,6 +182,12 @@ def _refuse_idle(model: pin.Model) -> None:
         )
 
 
+def put_joint(joint: pin.JointModel, q: Array, value: float) -> None:
+    """Write the coordinate of a joint [rad or m] into a configuration (nq,) of its model."""
+    place = slice(joint.idx_q, joint.idx_q + joint.nq)
+    q[place] = value if joint.nq == 1 else (np.cos(value), np.sin(value))
+
+
 def joint_coordinate(joint: pin.JointModel, q: Array) -> float:
     """Return the coordinate of a joint [rad or m] at a configuration (nq,) of its model.
 

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import Tie
-from gaitopt.importers.pinocchio_model import joint_coordinate
+from gaitopt.importers.pinocchio_model import joint_coordinate, put_joint
 from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.text_files import read_text
 from gaitopt.model.import_options import UNUSED_SRDF, ImportOptions
@@ -151,12 +151,9 @@ def reference_configuration(model: pin.Model, angles: Angles) -> Array:
             hint = did_you_mean(name, map(str, model.names))
             raise RobotError(f"posture: the robot has no joint '{name}'{hint and f'; {hint[:-1]}'}")
         joint = model.joints[model.getJointId(name)]
-        if joint.nq == 1:
-            q[joint.idx_q] = angle
-        elif joint.nq == 2 and joint.nv == 1:
-            q[joint.idx_q : joint.idx_q + 2] = np.cos(angle), np.sin(angle)
-        else:
+        if joint.nv != 1:
             raise RobotError(f"posture: joint '{name}' has {joint.nv} angles; give single ones")
+        put_joint(joint, q, angle)
     return q
 
 
@@ -179,10 +176,8 @@ def with_ties(
                 f"joint '{name}' is put at {angle:.4g} rad, but it follows '{tie.master}' at "
                 f"{where:.4g} rad, which puts it at {follows:.4g} rad"
             )
-        elif joint.nq == 1:
-            found[joint.idx_q] = follows
         else:
-            found[joint.idx_q : joint.idx_q + 2] = np.cos(follows), np.sin(follows)
+            put_joint(joint, found, follows)
     return found, apart
 
 
