@@ -289,7 +289,13 @@ def read_spec(path: str | os.PathLike[str]) -> BipedSpec:
         SpecError: the file is missing, unreadable or not TOML, has an unknown entry, or describes
             a biped that is not physical.
     """
-    table = _read_table(Path(path))
+    made = "'gaitopt urdf --write-spec FILE' (in Python, write_spec)"
+    advice = (
+        f"give the path of a TOML file, for example one made by {made}; without one it is biped13"
+    )
+    text = read_text(Path(path), "specification", advice, SpecError, TABLE)
+    edit = f"write a correct one by {made} and edit that"
+    table = parse_toml(text, str(Path(path)), edit, SpecError)
     try:
         return merged(biped13(), table)
     except SpecError as error:
@@ -326,12 +332,3 @@ def _value_text(value: Any) -> str:
     if isinstance(value, tuple):
         return f"[{', '.join(_value_text(item) for item in value)}]"
     return repr(value)
-
-
-def _read_table(path: Path) -> dict[str, Any]:
-    made = "'gaitopt urdf --write-spec FILE' (in Python, write_spec)"
-    advice = (
-        f"give the path of a TOML file, for example one made by {made}; without one it is biped13"
-    )
-    text = read_text(path, "specification", advice, SpecError, TABLE)
-    return parse_toml(text, str(path), f"write a correct one by {made} and edit that", SpecError)

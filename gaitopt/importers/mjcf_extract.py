@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.mjcf_compile import Compilation, element_named, refusal_of
 from gaitopt.importers.mjcf_joints import (
@@ -49,21 +49,13 @@ _SHOWN_GROUPS = 3  # of geoms: MuJoCo's viewer shows groups 0, 1 and 2 unless to
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # of a geom that says no colour; then its material's counts
 
 
-@dataclass(frozen=True)
-class Root:
-    """The body from which a robot hangs.
-
-    Attributes:
-        body: its place in the model.
-        carriers: bodies between it and the world that move and have their mass, from the world on.
-        joints: of body and carriers, which a free-flyer replaces.
-        free: whether the file lets it float.
-    """
+class _Root(NamedTuple):
+    """The body from which a robot hangs."""
 
     body: int
-    carriers: tuple[int, ...] = ()
-    joints: tuple[int, ...] = ()
-    free: bool = False
+    carriers: tuple[int, ...] = ()  # between it and the world: they move and have its mass
+    joints: tuple[int, ...] = ()  # of body and carriers, which a free-flyer replaces
+    free: bool = False  # whether the file lets it float
 
 
 def extract(
@@ -96,7 +88,7 @@ class _Tree:
         for child in self.children[body]:
             yield from self.below(child)
 
-    def robots(self) -> list[Root]:
+    def robots(self) -> list[_Root]:
         """Return all that moves, what has most joints first."""
         found = [root for top in self.children[0] if self._moves(top) for root in self._roots(top)]
         if not found:
@@ -109,31 +101,31 @@ class _Tree:
     def _has(self, kind: int, body: int) -> bool:
         return any(int(self.model.jnt_type[j]) == kind for j in self.compiled.joints(body))
 
-    def _count(self, root: Root) -> int:
+    def _count(self, root: _Root) -> int:
         """Return how many joints a robot has beside those of its root."""
         joints = self.compiled.joints
         return sum(len(joints(b)) for b in self.below(root.body)) - len(joints(root.body))
 
-    def _roots(self, body: int) -> list[Root]:
+    def _roots(self, body: int) -> list[_Root]:
         """Return the robots on a body that hangs on the world or on what is fixed to it."""
         if self.compiled.joints(body):
             return [self._jointed(body)]
         hanging = [child for child in self.children[body] if self._moves(child)]
         inner = [root for child in hanging for root in self._roots(child)]
         # What hangs on hinges alone are the limbs of a body that is held.
-        return [root for root in inner if root.free] or [Root(body)]
+        return [root for root in inner if root.free] or [_Root(body)]
 
-    def _jointed(self, first: int) -> Root:
+    def _jointed(self, first: int) -> _Root:
         """Return the robot of which the first body has joints."""
         joints = self.compiled.joints
         if self._has(self.free, first):
-            return Root(first, (), joints(first), True)
+            return _Root(first, (), joints(first), True)
         path = [first]
         while len(self.children[path[-1]]) == 1 and self._only_carries(first, path):
             path += self.children[path[-1]]
         if not any(self._has(self.slide, body) for body in path):
-            return Root(first, (), joints(first))
-        return Root(path[-1], tuple(path[:-1]), tuple(j for b in path for j in joints(b)), True)
+            return _Root(first, (), joints(first))
+        return _Root(path[-1], tuple(path[:-1]), tuple(j for b in path for j in joints(b)), True)
 
     def _only_carries(self, first: int, path: list[int]) -> bool:
         """Whether the last body of a path is light, and the joints may still all be the root's."""

@@ -274,19 +274,12 @@ def _rates(closure: LoopClosure, J: Array) -> Array:
 
 
 class _Table(NamedTuple):
-    """Postures over the range from which others are found.
+    """Postures over the range from which others are found."""
 
-    Attributes:
-        axes: angles of each joint of the leg [rad].
-        u: of all others there, shape (N, p) or (N, N', p).
-        sound: whether loops are closed and motors can hold the joints, shape (N,) or (N, N').
-        rates: of the motors where the joints of the leg are at 0, shape (m, m).
-    """
-
-    axes: tuple[Array, ...]
-    u: Array
-    sound: Array
-    rates: Array
+    axes: tuple[Array, ...]  # angles of each joint of the leg [rad]
+    u: Array  # of all others there, (N, p) or (N, N', p)
+    sound: Array  # whether loops are closed and motors can hold the joints, (N,) or (N, N')
+    rates: Array  # of the motors where the joints of the leg are at 0, (m, m)
 
 
 @lru_cache(maxsize=16)

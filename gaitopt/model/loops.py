@@ -175,19 +175,12 @@ def rods_on_balls(model: pin.Model, loops: Sequence[LoopFrames]) -> frozenset[in
 
 
 class _Connection(NamedTuple):
-    """A pair of frames that are held together.
-
-    Attributes:
-        frames: their indices.
-        axes: whether their axes are held together, too.
-        base: the last joint that carries both.
-        ways: joints from there to either frame.
-    """
+    """A pair of frames that are held together."""
 
     frames: tuple[int, int]
-    axes: bool
-    base: int
-    ways: tuple[tuple[int, ...], tuple[int, ...]]
+    axes: bool  # whether their axes are held together, too
+    base: int  # the last joint that carries both
+    ways: tuple[tuple[int, ...], tuple[int, ...]]  # joints from there to either frame
 
 
 class _Group(NamedTuple):

@@ -11,6 +11,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import combinations, zip_longest
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -88,22 +89,13 @@ class LegPair:
     tilt: str = ""
 
 
-@dataclass(frozen=True)
-class UnequalPair:
-    """Two chains that would be a pair of legs, were it not for one joint.
+class _UnequalPair(NamedTuple):
+    """Two chains that would be a pair of legs, were it not for one joint."""
 
-    Attributes:
-        legs: joint ids from the root's side to the end.
-        row: of the first joint that is at fault.
-        bent: whether it is the reference posture that differs, not the robot.
-        size: how far the joint is from the mirror image of its partner, seen from the joint before
-            it, if any [m], or how much their angles differ in size [rad].
-    """
-
-    legs: tuple[list[int], list[int]]
-    row: int
-    bent: bool
-    size: float
+    legs: tuple[list[int], list[int]]  # joint ids from the root's side to the end
+    row: int  # of the first joint that is at fault
+    bent: bool  # whether it is the reference posture that differs, not the robot
+    size: float  # [m] from its partner's mirror image, seen from the joint before; of angles [rad]
 
 
 def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None) -> LegPair:
@@ -135,7 +127,7 @@ def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None)
         return _checked(posed, feet, axes[0], trim=False)
     mirrored = (pair for pair in _leg_like(posed) if mirror_normal(posed, pair) is not None)
     lying = [(a[-1], b[-1]) for a, b in mirrored if _side_by_side(posed, (a[-1], b[-1]))]
-    if up is not None or len(lying) != 1 or unequal_pair(posed) is not None:
+    if up is not None or len(lying) != 1 or _unequal_pair(posed) is not None:
         raise _no_pair(posed)
     pair = _checked(posed, lying[0], -unit(_downwards(posed, lying[0])), trim=False)
     return replace(pair, lying=True)
@@ -221,7 +213,7 @@ def number_word(number: int) -> str:
     return _NUMBERS[number] if number < len(_NUMBERS) else str(number)
 
 
-def partners_by_name(first: str, other: str) -> bool:
+def _partners_by_name(first: str, other: str) -> bool:
     """Tell whether two names differ in the word for the side, and in nothing else."""
     return any(
         SIDE_WORDS[a].search(first) is not None
@@ -266,19 +258,19 @@ def axes_apart(first: Array, other: Array, normal: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
 
 
-def unequal_pair(posed: PosedModel) -> UnequalPair | None:
+def _unequal_pair(posed: PosedModel) -> _UnequalPair | None:
     """Return the two chains, long as legs, that nearly mirror each other, None if none do.
 
     By name they are a pair if their joints are called the same but for left and right; without
     that their joints must be nearly where their mirror images are.
     """
-    found: list[tuple[bool, int, UnequalPair]] = []
+    found: list[tuple[bool, int, _UnequalPair]] = []
     for legs in _leg_like(posed):
         fault = _mirror_fault(posed, legs)
         if fault is None:
             continue
         names = [[str(posed.model.names[j]) for j in leg] for leg in legs]
-        named = all(partners_by_name(a, b) for a, b in zip(*names, strict=True))
+        named = all(_partners_by_name(a, b) for a, b in zip(*names, strict=True))
         steps = [np.diff(posed.points[leg], axis=0) for leg in legs]
         length = max(np.linalg.norm(step, axis=1).sum() for step in steps)
         if named or (not fault.bent and fault.size < _NEARLY_MIRRORED * length):
@@ -300,18 +292,18 @@ def _leg_like(posed: PosedModel, but: Collection[int] = ()) -> list[tuple[list[i
     return next((found[count] for count in LEG_LENGTHS if count in found), [])
 
 
-def _mirror_fault(posed: PosedModel, legs: tuple[list[int], list[int]]) -> UnequalPair | None:
+def _mirror_fault(posed: PosedModel, legs: tuple[list[int], list[int]]) -> _UnequalPair | None:
     angles = np.abs([[posed.angle(j) for j in leg] for leg in legs])
     bends = np.abs(angles[0] - angles[1])
     if bends.max() > _SAME_ANGLE:
         row = int((bends > _SAME_ANGLE).argmax())
-        return UnequalPair(legs, row, True, float(bends[row]))
+        return _UnequalPair(legs, row, True, float(bends[row]))
     gaps = _mirror_gaps(posed, legs)
     wrong = gaps > _SAME_PLACE * posed.size
     if not 0 < wrong.sum() <= _FAULTS:
         return None
     row = int(wrong.argmax())
-    return UnequalPair(legs, row, False, float(gaps[row]))
+    return _UnequalPair(legs, row, False, float(gaps[row]))
 
 
 def _mirror_gaps(posed: PosedModel, legs: tuple[list[int], list[int]]) -> Array:
@@ -576,7 +568,7 @@ def _shared(posed: PosedModel, ends: Collection[int]) -> int:
 
 
 def _unequal(posed: PosedModel) -> RobotError | None:
-    pair = unequal_pair(posed)
+    pair = _unequal_pair(posed)
     if pair is None:
         return None
     first, other = (str(posed.model.names[leg[pair.row]]) for leg in pair.legs)
