@@ -630,7 +630,7 @@ class StepModel(StepModelBase):
         if step.hinges:  # the foot's turn has another map
             motion = derivatives.motion
             return np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
-        basis = self.basis.at(step.duration)
+        basis = _last(self.basis.at(step.duration).swapaxes(0, 2)).swapaxes(0, 2)
         (count, _, width), n = basis.shape, self.layout.joints
         q, dq, _ = basis.swapaxes(0, 1)[:, :, :, None]
         pairs = np.empty((count, 4, width, width))
@@ -641,7 +641,7 @@ class StepModel(StepModelBase):
         by_pair = np.stack([local.qq, local.qv, local.vv, local.qa], axis=1)
         table = pairs.reshape(-1, width**2).T @ by_pair.reshape(-1, n**2)
         table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
-        coefficients = derivatives.coefficients.reshape(width * n, -1)
+        coefficients = _last(derivatives.coefficients).reshape(width * n, -1)
         H = self._through(table, coefficients)
         lasts = self.along("duration")
         if lasts is not None:  # the map itself depends on it
@@ -664,29 +664,25 @@ class StepModel(StepModelBase):
     def _through(self, table: Array, coefficients: Array) -> Array:
         """Return C' T C, or what has its symmetric part, shape (P, P).
 
-        C takes the postures at the inner knots from x as they are, so that two thirds of the
-        products are left out where nothing else depends on them.
+        Where nothing else depends on the postures at the inner knots, C takes them from x as they
+        are, so that two thirds of the products are left out.
 
         Args:
-            table: T, of pairs of coefficients, shape (K n, K n).
+            table: T, of pairs of coefficients, those postures first, shape (K n, K n).
             coefficients: C, their derivatives in x, shape (K n, P).
         """
-        own, n, m = self.beyond_knots, self.layout.joints, self.layout.knots.stop
-        if not own.start:
-            return np.asarray(coefficients.T @ (table @ coefficients))
-        inner, others = slice(n, n + m), self._ends
-        of_others, C = table[others], coefficients[others, own]
+        own, m = self.beyond_knots, self.beyond_knots.start
+        C = coefficients[m:, own]
         H = np.zeros((coefficients.shape[1],) * 2)
-        H[:m, :m] = table[inner, inner]
-        H[:m, own] = (table[inner, others] + of_others[:, inner].T) @ C
-        H[own, own] = C.T @ (of_others[:, others] @ C)
+        H[:m, :m] = table[:m, :m]
+        H[:m, own] = (table[:m, m:] + table[m:, :m].T) @ C
+        H[own, own] = C.T @ (table[m:, m:] @ C)
         return H
 
-    @cached_property
-    def _ends(self) -> NDArray[np.int_]:
-        """Coefficients that are no postures at inner knots, of all joints, shape (4 n,)."""
-        n, m = self.layout.joints, self.layout.knots.stop
-        return np.concatenate([np.arange(n), np.arange(n + m, m + 4 * n)])
+
+def _last(of_coefficients: Array) -> Array:
+    """Return a table (K, ...) of the coefficients with that at the start as the last one."""
+    return np.concatenate([of_coefficients[1:], of_coefficients[:1]])
 
 
 @dataclass(frozen=True)

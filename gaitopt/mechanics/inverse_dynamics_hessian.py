@@ -192,19 +192,13 @@ def inverse_dynamics_hessian(
     terms = _by_instant(count, beta, alpha, gamma, beta_v, alpha_v, IS)
     S, p, U = SpUr[:, :6], SpUr[:, 6:12], SpUr[:, 12:18]
     beta, gamma, beta_v = terms[:, :6], terms[:, 12:18], terms[:, 18:24]
-    tables = np.empty((6, count, n, n))
-    _table(SpUr[:, 6:], terms[:, :18], tables[0])
-    _table(S, beta_v, tables[1])
-    _table(SpUr[:, 6:18], terms[:, 18:30], tables[2])
-    _table(gamma, 2.0 * p, tables[3])
-    tables[3] += beta.swapaxes(1, 2) @ S
-    _table(U, terms[:, 30:], tables[4])
-    _table(gamma, S, tables[5])
-    return InverseDynamicsHessian(
-        qq=tree.symmetric(tables[0]),
-        qv=tree.joined(tables[2], tables[3]),
-        vv=tree.symmetric(tables[1]),
-        qa=tree.joined(tables[4], tables[5]),
+    lower = _table(gamma, 2.0 * p)
+    lower += _table(beta, S)
+    return InverseDynamicsHessian(  # one table after the other, in the same memory
+        qq=tree.symmetric(_table(SpUr[:, 6:], terms[:, :18])),
+        qv=tree.joined(_table(SpUr[:, 6:18], terms[:, 18:30]), lower),
+        vv=tree.symmetric(_table(S, beta_v)),
+        qa=tree.joined(_table(U, terms[:, 30:]), _table(gamma, S)),
         base=gamma.swapaxes(1, 2),
     )
 
@@ -285,9 +279,9 @@ def _by_instant(count: int, *vectors: Array) -> Array:
     return np.ascontiguousarray(together.swapaxes(0, 1))
 
 
-def _table(of_q: Array, of_other: Array, out: Array) -> None:
-    """Write the products of each row's joint's terms (N, k, n) with each column's, (N, n, n)."""
-    np.matmul(of_q.swapaxes(1, 2), of_other, out=out)
+def _table(of_q: Array, of_other: Array) -> Array:
+    """Return the products of each row's joint's terms (N, k, n) with each column's, (N, n, n)."""
+    return np.asarray(of_q.swapaxes(1, 2) @ of_other)
 
 
 def moved_axes(axes: Array, rate: Array, base: Array) -> Array:
