@@ -215,7 +215,8 @@ def _vector(where: str, value: object, count: int, unit: str = "") -> tuple[floa
 
 def _rod(where: str, motor: Mapping[str, Any]) -> Rod:
     if missing := [key for key in _POINTS if key not in motor]:
-        raise SpecError(f"{where}: {', '.join(missing)} is missing")
+        verb = "is" if len(missing) == 1 else "are"
+        raise SpecError(f"{where}: {', '.join(missing)} {verb} missing")
     points = [
         _vector(f"{where}: {key}", motor[key], 3, "" if key == "crank_axis" else "m")
         for key in _POINTS

@@ -90,7 +90,8 @@ class Tangent:
     def _along(self, table: Array) -> Array:
         """The slopes with as many axes before the last as a table has."""
         missing = table.ndim - self.slope.ndim if self.slope.ndim > 1 else 0
-        return self.slope.reshape(*self.slope.shape[:-1], *(1,) * missing, -1)
+        *axes, joints = self.slope.shape
+        return self.slope.reshape(*axes, *(1,) * missing, joints)
 
 
 @dataclass(frozen=True, eq=False)

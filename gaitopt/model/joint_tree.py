@@ -196,9 +196,14 @@ def lock_upper_body(
     The others are locked in a posture (nq,), the neutral one by default.
 
     Raises:
-        RobotError: a sole is no frame but a joint.
+        RobotError: a sole is no frame but a joint, or there is no joint of a name of `moving`.
     """
     stance, swing = leg_joints(model, stance_sole, swing_sole)
+    if unknown := [name for name in moving if not model.existJointName(name)]:
+        raise RobotError(
+            f"there is no joint '{unknown[0]}' to be kept moving; there are "
+            f"{', '.join(map(str, model.names[2:]))}"
+        )
     kept = stance | swing | {int(model.getJointId(name)) for name in moving}
     locked = [j for j in range(2, model.njoints) if j not in kept]
     q = pin.neutral(model) if posture is None else posture

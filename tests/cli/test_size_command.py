@@ -57,7 +57,7 @@ def test_what_cannot_be_is_refused(cli, gait_file, tmp_path):
     bad.write_text("[motors.one]\nmass = 1.0\n")
     for words, told in (
         (("--catalogue", tmp_path / "no.toml"), "no.toml"),
-        (("--catalogue", bad), "is missing"),
+        (("--catalogue", bad), "are missing"),
         (("--catalogue", CATALOGUE, "--reserve", "0.5"), "give 1"),
         (("--catalogue", CATALOGUE, "--reserve", "9"), "no motor of the catalogue"),
         (("--catalogue", CATALOGUE, "--aim", "price"), "price"),

@@ -128,7 +128,7 @@ def test_mujoco_holds_the_ties():
     data = mujoco.MjData(robot.model)
     data.qpos[:3] = 0.0, 0.0, 2.0  # in the air
     data.qpos[3] = 1.0
-    data.ctrl[5] = 1.0
+    data.ctrl[robot.motors[5]] = 1.0
     moved = 0.0
     for _ in range(100):
         mujoco.mj_step(robot.model, data)
