@@ -98,16 +98,30 @@ class DrawingWorker:
 
 
 def spare_cores() -> float:
-    """Return how many cores this process may use beside its own, less what others use of late.
+    """Return how many cores this process may use beside its own, less what others use.
 
     A second process loads everything again: on a core that others use it costs more than it saves.
+    The load of the last minute counts commands that have ended, as those before this one in a row;
+    what runs at this moment does not.
     """
     affinity = getattr(os, "sched_getaffinity", None)  # neither of the two is everywhere
     cores = (os.cpu_count() or 1) if affinity is None else len(affinity(0))
     load = 0.0
     with contextlib.suppress(OSError, AttributeError):
         load = os.getloadavg()[0]
-    return min(cores - 1.0, cores - load)
+    return min(cores - 1.0, cores - min(load, _running()))
+
+
+_LOAD = Path("/proc/loadavg")  # of Linux; its fourth number is what runs, of all that there is
+_LOOKS = 3  # at what runs: what the system does beside takes less time
+
+
+def _running() -> float:
+    """Return how many threads run at this moment, this one included; infinite if none can tell."""
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        texts = [_LOAD.read_text(encoding="ascii") for _ in range(_LOOKS)]
+        return float(min(int(text.split()[3].partition("/")[0]) for text in texts))
+    return float("inf")
 
 
 def draw_figures(gait: Gait, directory: Path) -> list[Path]:

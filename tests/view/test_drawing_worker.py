@@ -143,9 +143,22 @@ def test_no_process_is_started_for_nothing(figures, spare, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("cores", "load", "spare"), [(2, 0.3, 1.0), (2, 1.5, 0.5), (8, 2.5, 5.5), (1, 0.0, 0.0)]
+    ("cores", "load", "running", "spare"),
+    [
+        (2, 0.3, 1, 1.0),
+        (2, 1.5, 1, 1.0),  # of commands that have ended
+        (2, 1.5, 3, 0.5),
+        (2, 0.3, 4, 1.0),  # for a moment
+        (2, 1.5, None, 0.5),  # where nothing tells what runs
+        (8, 2.5, 9, 5.5),
+        (1, 0.0, 1, 0.0),
+    ],
 )
-def test_cores_that_others_use_are_not_spare(cores, load, spare, monkeypatch):
+def test_cores_that_others_use_are_not_spare(cores, load, running, spare, monkeypatch, tmp_path):
+    told = tmp_path / "loadavg"
+    if running is not None:
+        told.write_text(f"{load} 0.0 0.0 {running}/512 4711\n", encoding="ascii")
+    monkeypatch.setattr(module, "_LOAD", told)
     monkeypatch.setattr("os.sched_getaffinity", lambda _: set(range(cores)), raising=False)
     monkeypatch.setattr("os.getloadavg", lambda: (load, 0.0, 0.0), raising=False)
     assert spare_cores() == spare
