@@ -38,7 +38,7 @@ from gaitopt.nlp import Array
 ROBOTS = {"g1": 0.6, "talos": 0.5, "icub": 0.3}
 """Of the catalogue, and speed [m/s]."""
 FREE = {"arms": ("arms",), "arms and waist": ("arms", "waist")}
-POINTS, ROUNDS = 4, 10
+POINTS, ROUNDS = 4, 40
 DEARER = 0.5  # N²·m·s: by which the walk found from the locked one is another
 
 
