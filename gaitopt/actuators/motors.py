@@ -377,10 +377,11 @@ def motors_of(text: str, where: str = "motor table") -> MotorTable:
         SpecError: the text is no TOML, a table or a value in it is wrong, or there are no drives.
     """
     table = parse_toml(text, where, kind=SpecError)
-    if "gear" in table:
+    if foreign := [key for key in ("gear", "known") if key in table]:
         raise SpecError(
-            f"{where}: unknown entry 'gear': a catalogue is for gaitopt size --catalogue; --motors "
-            "takes a table that says which joints have which motor, [[drives]], as size writes it"
+            f"{where}: unknown entry '{foreign[0]}': a catalogue is for gaitopt size --catalogue; "
+            "--motors takes a table that says which joints have which motor, [[drives]], as size "
+            "writes it"
         )
     check_keys(where, table, ("motors", "drives"), SpecError)
     own = table.get("motors", {})

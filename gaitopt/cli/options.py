@@ -279,8 +279,9 @@ class PlainCommand(_QuickHelp, TyperCommand):
         try:
             rest: list[str] = super().parse_args(ctx, args)
         except Exception as error:
-            if (wrong := getattr(error, "option_name", None)) is not None:
-                _say_whose(ctx, wrong, error)
+            wrong: Any = error
+            if hasattr(error, "possibilities"):  # an unknown option, not one without its value
+                _say_whose(ctx, wrong.option_name, error)
             raise
         if rest and not ctx.resilient_parsing:
             words, known = " ".join(rest), {one.name for one in self.params}

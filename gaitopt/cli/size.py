@@ -74,11 +74,12 @@ def run(asked: SizeOptions) -> None:
     make_directory(directory)
     text = motors_text(found.table, "size")
     motors_of(text)
+    written = write_atomically(directory / MOTOR_FILE, text.encode())  # first: it marks the others
     for name, (label, gait) in zip(names, found.gaits.items(), strict=True):
         verdict = "certified" if gait.certified else "not certified"
         path = save_gait(gait, directory / name)
         out.print(f"{path}: {label}, {gait.cost:.6g} {gait.cost_unit}, {verdict}", soft_wrap=True)
-    out.print(f"wrote {write_atomically(directory / MOTOR_FILE, text.encode())}", soft_wrap=True)
+    out.print(f"wrote {written}", soft_wrap=True)
 
 
 def motors_text(table: MotorTable, command: str) -> str:

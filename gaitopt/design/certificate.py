@@ -481,7 +481,6 @@ def worst_between(
 
     Args:
         fine: the walk on the proof's grid.
-        x: parameters, shape (P,).
         extremes: of all rows at x, if they are at hand; computed again here.
 
     Raises:

@@ -401,7 +401,7 @@ def gentle(problem: WalkProblem) -> WalkProblem:
 
 
 def carried_over(x: Array, one: WalkProblem, other: WalkProblem) -> Array:
-    """Return parameters x (P,) of `one` for the same motion as `other` begins its double support.
+    """Return x (P,) of `one` as parameters of `other`, which begins its double support otherwise.
 
     Of an impact: as it is after it, and without an impulse where there was none.
 

@@ -44,7 +44,7 @@ def small_matrices() -> Iterator[None]:
 
 
 def tune_process() -> Any:
-    """Do what `small_matrices` does for the rest of the process; return what ends one thread."""
+    """Do what `small_matrices` does for the rest of the process, or until what is returned ends."""
     from threadpoolctl import threadpool_limits
 
     if sys.platform.startswith("linux"):

@@ -557,12 +557,7 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
         InputError: they do not.
     """
     where = f"the constraint '{constraint.name}'"
-    try:
-        block = constraint.block(context)
-    except GaitoptError:
-        raise
-    except Exception as error:
-        raise InputError(f"{where} cannot make its rows: {failure(error, constraint)}") from error
+    block = _block_of(constraint, context, where)
     if not isinstance(block, ConstraintBlock):
         raise InputError(f"{where} returns no ConstraintBlock; return self.over_step(...)")
     texts = block.name, block.unit, block.words, *block.labels
@@ -600,6 +595,15 @@ def _check_instants(block: ConstraintBlock, context: ConstraintContext, where: s
         )
 
 
+def _block_of(constraint: Constraint, context: ConstraintContext, where: str) -> ConstraintBlock:
+    try:
+        return constraint.block(context)
+    except GaitoptError:
+        raise
+    except Exception as error:
+        raise InputError(f"{where} cannot make its rows: {failure(error, constraint)}") from error
+
+
 _BESIDE = 1e-6  # share of a step: so near that an instant chosen as the nearest would change
 
 
@@ -611,7 +615,7 @@ def _check_choice(
     if times is None or len(times) == instants.size:
         return
     finer = context.grid.with_instants(np.r_[instants[:-1] + _BESIDE, instants[1:] - _BESIDE])
-    again = constraint.block(replace(context, grid=finer)).times
+    again = _block_of(constraint, replace(context, grid=finer), where).times
     if again is None or (lost := np.setdiff1d(times, again)).size:
         at = times[0] if again is None else lost[0]
         raise InputError(

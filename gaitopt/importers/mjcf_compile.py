@@ -425,7 +425,7 @@ def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element
 def whole_mjcf(tree: XmlTree, base: Path | None) -> XmlTree:
     """Return a document with the included files merged, one section of each kind.
 
-    They are found from a directory; text alone, without one, includes nothing.
+    Included files are looked up from `base`; text alone, without one, includes nothing.
 
     Raises:
         RobotError: an included file cannot be read, or includes itself.

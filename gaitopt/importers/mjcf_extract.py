@@ -329,10 +329,11 @@ class _Extraction:
         """Check the numbers of the joints that hold the root, though they do not count."""
         model = self.model
         for joint in self.root.joints:
-            dofs = model.dof_jntid == joint
+            dofs, at = model.dof_jntid == joint, model.jnt_qposadr[joint]
             own = (model.jnt_axis[joint], model.jnt_pos[joint], model.dof_armature[dofs])
             passive = (model.dof_damping[dofs], model.dof_frictionloss[dofs])
-            if not all(np.isfinite(numbers).all() for numbers in (*own, *passive)):
+            spring = (model.jnt_stiffness[joint], model.qpos0[at], model.qpos_spring[at])
+            if not all(np.isfinite(numbers).all() for numbers in (*own, *passive, *spring)):
                 raise refusal_of(self.tree, "joint", self.joint_names[joint], NOT_FINITE)
 
     def _tell_root(self) -> None:

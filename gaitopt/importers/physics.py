@@ -121,7 +121,7 @@ def is_generated(text: str) -> bool:
     return GENERATED in text[:200]
 
 
-How = Literal["leads", "follows"]
+TieRole = Literal["leads", "follows"]
 
 LARGEST = 1e3
 """Of a multiplier, and of an offset [rad or m]: gears between joints are near 1."""
@@ -255,13 +255,11 @@ def among(ties: Mapping[str, Tie], names: Collection[str]) -> dict[str, Tie]:
     return {name: tie for name, tie in ties.items() if name in names and tie.master in names}
 
 
-def tied_to(
-    ties: Mapping[str, Tie], names: Iterable[str]
-) -> dict[str, Literal["leads", "follows"]]:
+def tied_to(ties: Mapping[str, Tie], names: Iterable[str]) -> dict[str, TieRole]:
     """Return the joints beside some that follow one of those or one of theirs, or lead them."""
     given = set(names)
     masters = {ties[name].master if name in ties else name for name in given}
-    found: dict[str, How] = dict.fromkeys(sorted(masters - given), "leads")
+    found: dict[str, TieRole] = dict.fromkeys(sorted(masters - given), "leads")
     return found | {
         name: "follows" for name, tie in ties.items() if tie.master in masters and name not in given
     }

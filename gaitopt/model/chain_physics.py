@@ -108,7 +108,7 @@ def chain_physics(
 
 
 def fall(physics: Physics, rotation: Array) -> float:
-    """Return the acceleration of free fall [m/s²] of a robot with axes `rotation`, shape (3, 3).
+    """Return the acceleration of free fall [m/s²] of a robot; `rotation` as of `Heading`.
 
     Raises:
         RobotError: there is none, or it does not point along the robot's down.
@@ -134,7 +134,10 @@ def fall(physics: Physics, rotation: Array) -> float:
 
 
 def gravity_tilt(physics: Physics, rotation: Array) -> float:
-    """Return the angle of gravity from the robot's down (axes (3, 3)) [rad]; 0 for none."""
+    """Return the angle of gravity from the robot's down [rad], 0 if none is given.
+
+    The robot's axes are those of `Heading.rotation`.
+    """
     if physics.gravity is None:
         return 0.0
     forward, left, up = rotation.T @ np.array(physics.gravity)

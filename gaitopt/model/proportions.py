@@ -100,10 +100,7 @@ def _finding(part: str, text: str) -> Finding:
 
 
 class _Knee(NamedTuple):
-    """The knee of a leg: its row, and the level ways from it to hip and ankle, in the root link.
-
-    And how far to the left the hip is.
-    """
+    """The knee of a leg: its row, how far left its hip is, the level ways to hip and ankle [m]."""
 
     row: int
     left: float

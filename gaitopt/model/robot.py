@@ -166,11 +166,7 @@ class Robot:
         )
 
     def as_before(self, findings: Iterable[Finding]) -> Robot:
-        """Return the robot, which is read with the choices of an earlier reading.
-
-        Args:
-            findings: of that reading: what it found or guessed was given by nobody.
-        """
+        """Return the robot with its findings as an earlier reading has them, see `as_before`."""
         return replace(self, findings=as_before(self.findings, findings))
 
     @cached_property

@@ -70,7 +70,7 @@ def sole_edge_speeds(corners: Array) -> Array:
     """Return the matrix from a sole's twist to the upward speeds of its corners, shape (k, 6).
 
     The twist is (linear velocity of the sole origin, angular velocity) in the sole frame of a flat
-    foot; a corner (x, y) rises at v_z + w_x y - w_y x.
+    foot; a corner (x, y) of `corners` (k, 3) [m] rises at v_z + w_x y - w_y x.
     """
     zero, one = np.zeros(len(corners)), np.ones(len(corners))
     return np.stack([zero, zero, one, corners[:, 1], -corners[:, 0], zero], axis=1)
@@ -95,7 +95,7 @@ def sole_tilt(corners: Array) -> Array:
 
 
 def turning_arm(length: float, width: float) -> float:
-    """Return the mean distance of a rectangle's points from its centre [m].
+    """Return the mean distance of points of a rectangle (sides in m) from its centre [m].
 
     A sole that presses evenly resists being turned about its centre by friction * load * this arm
     (Goyal, Ruina & Papadopoulos, Planar sliding with dry friction, Wear 143, 1991): every bit of it

@@ -139,7 +139,12 @@ class Database:
             self._connection.executescript(_SCHEMA)
         except sqlite3.Error as error:
             self.close(leave=False)
-            raise cannot_go_on(self.path, error) from error
+            if isinstance(error, sqlite3.OperationalError):
+                raise cannot_go_on(self.path, error) from error
+            raise InputError(
+                f"cannot write '{self.path}': {reason_of(error)}; move it away, or give another "
+                "directory"
+            ) from error
 
     def __enter__(self) -> Database:
         return self

@@ -639,9 +639,10 @@ def file_parts(path: str) -> tuple[Part, ...] | None:
 
 def take_parts(parts: Mapping[str, tuple[Part, ...] | None]) -> None:
     """Keep parts of mesh files, by path, that another process made, as `file_parts` has them."""
-    for path, made in parts.items():
-        _made[path] = made
+    _made.update(parts)
+    for path in parts:
         file_parts(path)
+    _made.clear()
 
 
 _made: dict[str, tuple[Part, ...] | None] = {}  # to be kept
@@ -650,7 +651,7 @@ _made: dict[str, tuple[Part, ...] | None] = {}  # to be kept
 @lru_cache(maxsize=256)
 def _file_parts(path: str, _changed: int, _size: int) -> tuple[Part, ...] | None:
     if path in _made:
-        return _made.pop(path)
+        return _made[path]
     mesh = read_mesh(path)
     return None if mesh is None else mesh_parts(mesh)
 

@@ -164,6 +164,13 @@ def test_an_option_of_another_command_is_told_as_that(cli, words, said):
     assert "--help)" not in told
 
 
+def test_an_option_without_its_value_is_told_as_that_alone(cli):
+    result = cli("optimise", "--output")
+    assert result.exit_code == 2
+    assert "requires an argument" in result.stderr
+    assert "which is one of" not in result.stderr
+
+
 def test_help_says_whose_defaults_it_shows(cli):
     for command in ("optimise", "sweep"):
         shown = " ".join(cli(command, "--help").stdout.split())

@@ -203,6 +203,20 @@ def test_rows_that_would_wander_with_the_grid_are_refused(robot, chosen, task):
         WalkProblem(robot, preset_task(constraints=(AtSome(chosen),), **task))
 
 
+class OfOneGrid(AtSome):
+    """A constraint that counts on the instants that the task begins with."""
+
+    def over_step(self, context, function, labels, **more):
+        instants = np.arange(0, context.grid.count, 2)
+        more = {**more, "instants": instants, "lower": np.zeros((16, 1))}
+        return super().over_step(context, function, labels, **more)
+
+
+def test_rows_of_one_grid_alone_are_refused(robot):
+    with pytest.raises(InputError, match="'at some' cannot make its rows: ValueError"):
+        WalkProblem(robot, preset_task(constraints=(OfOneGrid("late"),)))
+
+
 @dataclass(frozen=True)
 class Shapeless(RunningCost):
     """A cost whose integrand has two rows."""

@@ -293,7 +293,9 @@ def test_a_default_may_switch_equalities_off(sound):
     assert read_source(edited(sound, together(tie, off))).problems == ()
 
 
-@pytest.mark.parametrize("name", ["axis", "pos", "armature", "damping", "frictionloss"])
+@pytest.mark.parametrize(
+    "name", ["axis", "pos", "armature", "damping", "frictionloss", "stiffness", "ref", "springref"]
+)
 def test_numbers_of_the_root_are_finite_though_they_do_not_count(name):
     """What holds the pelvis in the file is left out, but nobody means infinity."""
     root = ET.fromstring((CASES / "mj_root6.xml").read_text())

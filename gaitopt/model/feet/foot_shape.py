@@ -90,7 +90,7 @@ def placed_shapes(
 
 
 def points_of(shape: coal.CollisionGeometry, *, around: bool) -> Points | None:
-    """Return points whose hull is a shape, or is `around` what is round; None without end."""
+    """Return points of a shape in its frame, on what is round or `around` it, or None."""
     if isinstance(shape, coal.Box):
         return box_points(np.ravel(shape.halfSide))
     if isinstance(shape, coal.Sphere):

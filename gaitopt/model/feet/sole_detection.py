@@ -128,6 +128,8 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array, leg: float = REACH
     Args:
         upright: columns forward, left and up of the standing foot in the frame of its joint,
             shape (3, 3).
+        ankle: its centre in that frame [m], shape (3,).
+        leg: its length from hip to ankle [m].
 
     Raises:
         RobotError: the flat part is smaller than 5 cm² below a leg of 0.6 m, or as much of another:
@@ -274,7 +276,8 @@ def lowest_face(points: Array, radii: Array | None, down: Array) -> Array | None
     """Return the outward normal of a foot's lower face, shape (3,).
 
     The face is the largest one, of the convex hull of the foot, of those that look down, or the
-    plane in which all points lie. None if no face is large enough to tell.
+    plane in which all points lie. None if no face is large enough to tell. Points (n, 3) [m] may be
+    centres of balls of `radii` (n,) [m]; `down` is a unit vector (3,).
     """
     plane = _plane(points, radii)
     if plane is not None:

@@ -180,7 +180,7 @@ class _Sides:
     Args:
         names: of the joints.
         mirror: the exchange E.
-        unequal: one of `choices.UNEQUAL`.
+        unequal: one of `import_options.UNEQUAL`.
         keep: joints whose limits count, None where it is the tighter ones.
     """
 

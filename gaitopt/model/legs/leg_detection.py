@@ -252,7 +252,12 @@ def mirror_normal(posed: PosedModel, legs: Sequence[Sequence[int]]) -> Array | N
 
 
 def axes_apart(first: Array, other: Array, normal: Array) -> float:
-    """Return how far axes (n, 3) of two legs are from mirror images, on average [rad]."""
+    """Return how far unit axes (n, 3) of two legs are from images in a plane, on average [rad].
+
+    Args:
+        first, other: from hip to ankle; either sense of an axis will do.
+        normal: of the plane, shape (3,).
+    """
     image = first - 2.0 * np.outer(first @ normal, normal)
     cosine = np.abs((image * other).sum(axis=1))
     return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
