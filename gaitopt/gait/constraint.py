@@ -16,7 +16,8 @@ from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from traceback import extract_tb
-from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -404,14 +405,14 @@ class Constraint(ABC):
         change: scaled change of its limits that matters to a person.
     """
 
-    name: ClassVar[str]
-    equation: ClassVar[str] = "own"
-    unit: ClassVar[str]
-    words: ClassVar[str]
-    reads: ClassVar[tuple[Quantity, ...]]
-    margins: ClassVar[tuple[str, ...]] = ()
-    couplings: ClassVar[Mapping[str, tuple[str, float]]] = {}
-    change: ClassVar[float] = 1.0
+    name: str
+    equation: str = "own"
+    unit: str
+    words: str
+    reads: tuple[Quantity, ...]
+    margins: tuple[str, ...] = ()
+    couplings: Mapping[str, tuple[str, float]] = MappingProxyType({})
+    change: float = 1.0
 
     def __post_init__(self) -> None:
         check_margins(self)

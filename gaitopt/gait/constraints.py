@@ -8,8 +8,10 @@ not stand here: see docs/extending.md.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +39,7 @@ from gaitopt.gait.functions import (
     Torsion,
 )
 from gaitopt.gait.motor_space import LoopMotors
-from gaitopt.gait.quantities import CORNER_NAMES
+from gaitopt.gait.quantities import CORNER_NAMES, Quantity
 from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
@@ -299,98 +301,202 @@ class JointSpeed(Constraint):
         return _joints(self, context, -limit, limit, _finite(limit))
 
 
+class Foot(NamedTuple):
+    """A foot that the ground presses on, all the time or at an impact, as its constraints read it.
+
+    Attributes:
+        reads: the wrench of the ground on it, or its impulse.
+        load: name of the constraint of its load.
+        others: what the names of the others begin with.
+        words: of its constraints, by kind.
+        asked: whether a walk has it.
+    """
+
+    reads: Quantity
+    load: str
+    others: str
+    words: Mapping[str, str]
+    asked: Callable[[ConstraintContext], bool]
+
+    @property
+    def struck(self) -> bool:
+        """Whether it takes an impulse."""
+        return self.reads in (quantities.IMPULSE, quantities.REAR_IMPULSE)
+
+    def label(self, context: ConstraintContext) -> str:
+        """Return what labels of its rows begin with."""
+        if self.reads is quantities.REAR_IMPULSE:
+            return f"{'foot as it lies flat' if context.schedule.slapping else 'rear foot'}, "
+        return "front foot, " if self.reads is quantities.FRONT_WRENCH else ""
+
+
+def _impact(context: ConstraintContext) -> bool:
+    """Return whether a walk has an impact; one at zero speed says nothing."""
+    schedule = context.schedule
+    gentle = schedule.closing and not schedule.striking
+    return not (context.margins.soft_landing or gentle)
+
+
+STANCE = Foot(
+    quantities.WRENCH, "load", "",
+    {
+        "load": "load on the stance foot", "friction": "friction on the ground",
+        "cop": "centre of pressure", "torsion": "torsional friction under the foot",
+    },
+    lambda _: True,
+)  # fmt: skip
+FRONT = Foot(
+    quantities.FRONT_WRENCH, "front load", "front ",
+    {
+        "load": "load on the front foot", "friction": "friction under the front foot",
+        "cop": "centre of pressure of the front foot",
+        "torsion": "torsional friction under the front foot",
+    },
+    lambda context: context.schedule.closing,
+)  # fmt: skip
+LANDING = Foot(
+    quantities.IMPULSE, "impulse", "impulse ",
+    {
+        "load": "vertical impulse at the impact", "friction": "friction at the impact",
+        "cop": "centre of pressure at the impact", "torsion": "torsional friction at the impact",
+    },
+    _impact,
+)  # fmt: skip
+STRUCK = Foot(
+    quantities.REAR_IMPULSE, "rear impulse", "rear impulse ",
+    {
+        "load": "vertical impulse on the rear foot",
+        "friction": "friction under the rear foot at the impact",
+        "cop": "centre of pressure under the rear foot at the impact",
+        "torsion": "torsional friction under the rear foot at the impact",
+    },
+    lambda context: context.schedule.striking or context.schedule.slapping,
+)  # fmt: skip
+"""A foot that stands at an impact, section 2.4.1: the rear one where both stay, or the stance foot
+as it comes to lie flat."""
+
+
 class _OnFoot(Constraint):
     """What must hold of the ground's wrench on a foot, or of its impulse at an impact."""
 
-    reads: ClassVar = (quantities.WRENCH,)
+    kind: ClassVar[str]
+    equations: ClassVar[tuple[str, str]]  # of a wrench, of an impulse
+    units: ClassVar[tuple[str, str]]
+    coupled: ClassVar[Mapping[str, float]] = {}  # margin -> sign with which it multiplies the load
 
-    def foot(self, context: ConstraintContext) -> str:
-        """Return with which words, of foot and impulse, labels begin."""
-        del context
-        return ""
+    def __init__(self, foot: Foot = STANCE) -> None:
+        self.foot, self.reads = foot, (foot.reads,)
+        self.name = foot.load if self.kind == "load" else f"{foot.others}{self.kind}"
+        self.words = foot.words[self.kind]
+        self.equation, self.unit = self.equations[foot.struck], self.units[foot.struck]
+        self.couplings = {margin: (foot.load, sign) for margin, sign in self.coupled.items()}
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return self.foot.asked(context) and super().asked(context)
 
     def rows(
         self,
         context: ConstraintContext,
         function: QuantityFunction,
-        labels: tuple[str, ...],
-        scale: float,
-        lower: float = 0.0,
+        labels: Iterable[str],
+        lower: Array | float = 0.0,
+        scale: float | None = None,
     ) -> ConstraintBlock:
         """Return rows with a lower limit, wherever the foot bears something.
 
         Rows of a front foot ask nothing before it stands, where all are 0. They are there all the
         same, so that extremes are located between the instants.
         """
-        named = tuple(f"{self.foot(context)}{label}" for label in labels)
-        if self.reads[0] in (quantities.IMPULSE, quantities.REAR_IMPULSE):
+        scale = _size(context, self.unit) if scale is None else scale
+        before = self.foot.label(context)
+        named = tuple(f"{before}{label}" for label in labels)
+        if self.foot.struck:
             return self.once(function, named, lower=lower, scale=scale)
-        limits: Array | float = lower
-        if self.reads[0] is quantities.FRONT_WRENCH:
-            limits = np.where(context.swinging, -scale, lower)[:, None]
-        return self.over_step(context, function, named, lower=limits, scale=scale)
+        if self.foot is FRONT:
+            lower = np.where(context.swinging[:, None], -scale, lower)
+        return self.over_step(context, function, named, lower=lower, scale=scale)
 
 
-class _InCone(_OnFoot):
+class Load(_OnFoot):
+    """Eqs. (35)-(36): a foot keeps pressing on the ground, and the ground pushes it up."""
+
+    kind, equations, units = "load", ("(35)", "(36)"), ("N", "N·s")
+
+    def __init__(self, foot: Foot = STANCE) -> None:
+        super().__init__(foot)
+        self.margins = ("minimum_load",) if foot is STANCE else ()
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        if self.foot.struck:
+            return self.rows(context, Entries(slice(2, 3), 6), ["vertical impact impulse"])
+        lower: Array | float = LEAST_FORCE * context.scales.force
+        if self.foot is STANCE:
+            lower = np.where(context.swinging, context.margins.minimum_load, lower)[:, None]
+        return self.rows(context, Entries(slice(2, 3), 6), ["vertical ground force"], lower)
+
+
+class Friction(_OnFoot):
     """Eqs. (33)-(34): the force, or the impulse, stays inside the friction cone."""
 
-    margins = ("friction",)
+    kind, equations, units = "friction", ("(33)", "(34)"), ("N", "N·s")
+    margins, coupled = ("friction",), MappingProxyType({"friction": 1.0})
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        smoothing = FORCE_SMOOTHING if self.unit == "N" else IMPULSE_SMOOTHING
+        smoothing = IMPULSE_SMOOTHING if self.foot.struck else FORCE_SMOOTHING
         rounded = smoothing * context.scales.of_unit(self.unit)
         cone = FrictionCone(context.margins.friction, rounded)
-        return self.rows(context, cone, ("friction cone margin",), _size(context, self.unit))
+        return self.rows(context, cone, [f"{'impulse ' * self.foot.struck}friction cone margin"])
 
 
-class _InTorsion(_OnFoot):
+class CentreOfPressure(_OnFoot):
+    """Eqs. (37)-(38) as moments about the edges: they stay linear when the load vanishes.
+
+    At an impact a foot does not tip.
+    """
+
+    kind, equations, units = "cop", ("(37)-(38)", "3.2.3"), ("N·m", "N·m·s")
+    coupled = MappingProxyType({"cop_margin": -1.0})
+
+    def __init__(self, foot: Foot = STANCE) -> None:
+        super().__init__(foot)
+        self.margins = ("cop_margin", "impulse_cop") if foot.struck else ("cop_margin",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        impulsive = "impulsive " if self.foot.struck else ""
+        labels = [f"{impulsive}centre of pressure, moment about the {edge} edge" for edge in EDGES]
+        schedule, lower = context.schedule, np.zeros(4)
+        contacts: list[ContactMode] = [FlatFoot()]
+        if self.foot is STANCE:
+            contacts = [phase.contact for phase in schedule.phases]
+        elif self.foot is LANDING:
+            contacts = [schedule.first.contact]
+            if not contacts[0].resting().all():  # on a line it is ahead and behind, whatever x
+                lower[:2] = -FREE
+        elif self.foot is STRUCK and not schedule.slapping:
+            contacts = [schedule.last.contact]
+        rows = np.stack([_edge_moments(context, contact) for contact in contacts])
+        moments = Linear(rows[0] if len(rows) == 1 else rows[context.phases])
+        return self.rows(context, moments, labels, lower)
+
+
+class TorsionalFriction(_OnFoot):
     """Beyond (33): |moment about the vertical through the centre of pressure| <= c f_z."""
 
-    margins = ("torsional_friction",)
+    kind, equations, units = "torsion", ("3.2", "3.2"), ("N·m", "N·m·s")
+    margins, coupled = ("torsional_friction",), MappingProxyType({"torsional_friction": 1.0})
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        least, unit = (LEAST_FORCE, "N") if self.unit == "N·m" else (LEAST_IMPULSE, "N·s")
+        least, unit = (LEAST_IMPULSE, "N·s") if self.foot.struck else (LEAST_FORCE, "N")
         coefficient = context.margins.torsional_friction or 0.0
         torsion = Torsion(coefficient, least * context.scales.of_unit(unit))
-        labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
-        return self.rows(context, torsion, labels, _TORSION * _size(context, self.unit))
+        what = f"{'impulse ' * self.foot.struck}torsional friction margin"
+        labels = [f"{what} to the {side}" for side in ("left", "right")]
+        return self.rows(context, torsion, labels, scale=_TORSION * _size(context, self.unit))
 
 
-class Load(Constraint):
-    """Eq. (35): the stance foot keeps pressing on the ground."""
-
-    name, equation, unit, words = "load", "(35)", "N", "load on the stance foot"
-    reads, margins = (quantities.WRENCH,), ("minimum_load",)
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        lower = np.where(
-            context.swinging, context.margins.minimum_load, LEAST_FORCE * context.scales.force
-        )
-        return self.over_step(
-            context, Entries(slice(2, 3), 6), ("vertical ground force",), lower=lower[:, None],
-            scale=_size(context, "N"),
-        )  # fmt: skip
-
-
-class Friction(_InCone):
-    """Eq. (33): the ground force stays inside the friction cone."""
-
-    name, equation, unit, words = "friction", "(33)", "N", "friction on the ground"
-    couplings: ClassVar = {"friction": ("load", 1.0)}
-
-
-class CentreOfPressure(Constraint):
-    """Eqs. (37)-(38) as moments about the edges: they stay linear when the load vanishes."""
-
-    name, equation, unit, words = "cop", "(37)-(38)", "N·m", "centre of pressure"
-    reads, margins = (quantities.WRENCH,), ("cop_margin",)
-    couplings: ClassVar = {"cop_margin": ("load", -1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = _by_edge("centre of pressure")
-        rows = np.stack([_edge_moments(context, p.contact) for p in context.schedule.phases])
-        moments = Linear(rows[0] if len(rows) == 1 else rows[context.phases])
-        return self.over_step(context, moments, labels, lower=0.0, scale=_size(context, "N·m"))
+def on_foot(foot: Foot) -> tuple[Constraint, ...]:
+    """Return what a foot that the ground presses on must keep."""
+    return Load(foot), Friction(foot), CentreOfPressure(foot), TorsionalFriction(foot)
 
 
 class FootAngle(Constraint):
@@ -459,102 +565,15 @@ class SoftLanding(Constraint):
         return self.once(Linear(np.eye(6)[held]), labels, lower=0.0, upper=0.0, scale=scale)
 
 
-class _OfFront(_OnFoot):
-    """A constraint on the front foot, while both stand."""
-
-    reads = (quantities.FRONT_WRENCH,)
-
-    def asked(self, context: ConstraintContext) -> bool:
-        return context.schedule.closing and super().asked(context)
-
-    def foot(self, context: ConstraintContext) -> str:
-        del context
-        return "front foot, "
-
-
-class FrontLoad(_OfFront):
-    """Eq. (35) of the front foot: it presses on the ground while both feet stand."""
-
-    name, equation, unit, words = "front load", "(35)", "N", "load on the front foot"
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        rows, labels = Entries(slice(2, 3), 6), ("vertical ground force",)
-        least, scale = LEAST_FORCE * context.scales.force, _size(context, self.unit)
-        return self.rows(context, rows, labels, scale, least)
-
-
-class FrontFriction(_InCone, _OfFront):
-    """Eq. (33) of the front foot: its force stays inside the friction cone."""
-
-    name, equation, unit, words = "front friction", "(33)", "N", "friction under the front foot"
-    couplings: ClassVar = {"friction": ("front load", 1.0)}
-
-
-class FrontCentreOfPressure(_OfFront):
-    """Eqs. (37)-(38) of the front foot."""
-
-    name, equation, unit = "front cop", "(37)-(38)", "N·m"
-    words, margins = "centre of pressure of the front foot", ("cop_margin",)
-    couplings: ClassVar = {"cop_margin": ("front load", -1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = _by_edge("centre of pressure")
-        moments = Linear(_edge_moments(context, FlatFoot()))
-        return self.rows(context, moments, labels, _size(context, "N·m"))
-
-
-class FrontTorsion(_InTorsion, _OfFront):
-    """Beyond (33): the torsional friction of the front foot."""
-
-    name, equation, unit = "front torsion", "3.2", "N·m"
-    words = "torsional friction under the front foot"
-    couplings: ClassVar = {"torsional_friction": ("front load", 1.0)}
-
-
-FRONT = (FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion())
-"""What a second foot that stands must keep."""
-
-
-class _OfImpact(_OnFoot):
-    """A constraint on an impact, which says nothing of a landing at zero speed."""
-
-    reads: ClassVar = (quantities.IMPULSE,)
-
-    def asked(self, context: ConstraintContext) -> bool:
-        schedule = context.schedule
-        gentle = context.margins.soft_landing or (schedule.closing and not schedule.striking)
-        return not gentle and super().asked(context)
-
-    def foot(self, context: ConstraintContext) -> str:
-        del context
-        return "impulse "
-
-
-class ImpulseUp(_OfImpact):
-    """Eq. (36): the ground pushes the landing foot up."""
-
-    name, equation, unit, words = "impulse", "(36)", "N·s", "vertical impulse at the impact"
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = ("vertical impact impulse",)
-        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=_size(context, "N·s"))
-
-
-class ImpulseFriction(_InCone, _OfImpact):
-    """Eq. (34): the impulse stays inside the friction cone."""
-
-    name, equation, unit, words = "impulse friction", "(34)", "N·s", "friction at the impact"
-    couplings: ClassVar = {"friction": ("impulse", 1.0)}
-
-
-class LiftOff(_OfImpact):
+class LiftOff(Constraint):
     """Section 2.4.1, first case: the resting corners of the old stance foot leave the ground."""
 
     name, equation, unit, words = "lift-off", "2.4.1", "m/s", "lift-off of the rear foot"
     reads, margins, change = (quantities.SOLE_TWIST,), ("liftoff_speed",), 0.1
 
     def asked(self, context: ConstraintContext) -> bool:
-        return not context.schedule.closing and super().asked(context)
+        closing = context.schedule.closing
+        return not closing and _impact(context) and super().asked(context)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         resting = context.schedule.last.contact.resting()
@@ -570,7 +589,7 @@ class LiftOff(_OfImpact):
 class _LeastHeight(Constraint):
     """While the swing foot is aloft, its corners keep a least height that depends on the time."""
 
-    reads: ClassVar = (quantities.CORNERS,)
+    reads = (quantities.CORNERS,)
     label: ClassVar = "height"
     share: ClassVar = 1.0  # of what matters of heights
 
@@ -678,23 +697,6 @@ class JointRange(Constraint):
         return _joints(self, context, limits.lower, limits.upper, np.ones(limits.lower.size))
 
 
-class ImpulseCentreOfPressure(_OfImpact):
-    """The landing foot does not tip: impulsive centre of pressure inside the landing sole."""
-
-    name, equation, unit = "impulse cop", "3.2.3", "N·m·s"
-    words = "centre of pressure at the impact"
-    margins = ("cop_margin", "impulse_cop")
-    couplings: ClassVar = {"cop_margin": ("impulse", -1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = _by_edge("impulsive centre of pressure")
-        contact = context.schedule.first.contact
-        moments = Linear(_edge_moments(context, contact))
-        along = [-FREE, -FREE, 0.0, 0.0]  # on a line it is there ahead and behind, whatever x
-        lower = np.zeros(4) if contact.resting().all() else np.array(along)
-        return self.once(moments, labels, lower=lower, scale=_size(context, "N·m·s"))
-
-
 class WalkingSpeed(Constraint):
     """Eq. (39): V T - d = 0; of a stride of two steps the same forward and to the left."""
 
@@ -746,79 +748,50 @@ class Closure(Constraint):
         return self.once(rows, labels, lower=0.0, upper=0.0, scale=scale)
 
 
-class _Trunk(Constraint):
+class TrunkAngle(Constraint):
     """Beyond section 3.2: |an angle of the trunk| <= limit over the whole step."""
 
     equation, unit, reads, change = "3.2", "rad", (quantities.TRUNK,), 0.3
 
+    def __init__(self, angle: str, words: str) -> None:
+        self.name, self.words, self.margins = f"trunk {angle}", words, (f"trunk_{angle}",)
+        self._entry = quantities.TRUNK.entries.index(angle)
+
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        entry = quantities.TRUNK.entries.index(self.name.removeprefix("trunk "))
-        (given,) = self.margins
-        limit = getattr(context.margins, given)
-        angle = Entries(slice(entry, entry + 1), 3)
+        limit = getattr(context.margins, self.margins[0])
+        angle = Entries(slice(self._entry, self._entry + 1), 3)
         return self.over_step(context, angle, (self.name,), lower=-limit, upper=limit)
 
 
-class TrunkRoll(_Trunk):
-    """The trunk leans sideways by at most a limit."""
+class BodyGap(Constraint):
+    """Beyond (32): capsules keep apart over the whole step.
 
-    name, words, margins = "trunk roll", "sideways lean of the trunk", ("trunk_roll",)
+    Those of the two legs; or moving arms from pelvis, waist, thighs, loads and each other.
+    """
 
+    equation, unit = "3.2", "m"
 
-class TrunkPitch(_Trunk):
-    """The trunk leans forward or back by at most a limit."""
-
-    name, words, margins = "trunk pitch", "lean of the trunk forward or back", ("trunk_pitch",)
-
-
-class TrunkYaw(_Trunk):
-    """The trunk turns from the direction of travel by at most a limit."""
-
-    name, words, margins = "trunk yaw", "turn of the trunk", ("trunk_yaw",)
-
-
-class TorsionalFriction(_InTorsion):
-    """Beyond (33): |moment about the vertical through the centre of pressure| <= c f_z."""
-
-    name, equation, unit, words = "torsion", "3.2", "N·m", "torsional friction under the foot"
-    couplings: ClassVar = {"torsional_friction": ("load", 1.0)}
-
-
-class ImpulseTorsion(_InTorsion, _OfImpact):
-    """Beyond (34): the same of the impulse on the landing foot."""
-
-    name, equation, unit = "impulse torsion", "3.2", "N·m·s"
-    words = "torsional friction at the impact"
-    couplings: ClassVar = {"torsional_friction": ("impulse", 1.0)}
-
-
-class LegGap(Constraint):
-    """Beyond (32): the capsules of the two legs keep apart over the whole step."""
-
-    name, equation, unit, words = "leg gap", "3.2", "m", "gap between the legs"
-    reads, margins = (quantities.LEG_GAPS,), ("leg_gap",)
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        from gaitopt.mechanics.capsule_distance import leg_pairs
-
-        return _apart(self, context, leg_pairs(context.robot), context.margins.leg_gap)
-
-
-class ArmGap(Constraint):
-    """Beyond (32): moving arms keep clear of pelvis, waist, thighs, loads and each other."""
-
-    name, equation, unit, words = "arm gap", "3.2", "m", "gap between arms and other bodies"
-    reads, margins = (quantities.ARM_GAPS,), ("arm_gap",)
+    def __init__(self, of: str, reads: Quantity, words: str) -> None:
+        self.name, self.words, self.reads = f"{of} gap", words, (reads,)
+        self.margins = (f"{of}_gap",)
 
     def asked(self, context: ConstraintContext) -> bool:
-        from gaitopt.mechanics.capsule_distance import arm_pairs
-
-        return super().asked(context) and bool(arm_pairs(context.robot).kept)
+        return super().asked(context) and bool(self._pairs(context).kept)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        from gaitopt.mechanics.capsule_distance import arm_pairs
+        pairs, gap = self._pairs(context), getattr(context.margins, self.margins[0])
+        count = len(pairs.names)
+        labels = tuple(f"gap between {name}" for name in pairs.names)
+        return self.over_step(
+            context, Entries(slice(0, count), count), labels, lower=pairs.least(gap),
+            scale=_size(context, "m"),
+        )  # fmt: skip
 
-        return _apart(self, context, arm_pairs(context.robot), context.margins.arm_gap)
+    def _pairs(self, context: ConstraintContext) -> CapsulePairs:
+        from gaitopt.mechanics.capsule_distance import arm_pairs, leg_pairs
+
+        legs = self.reads[0] is quantities.LEG_GAPS
+        return (leg_pairs if legs else arm_pairs)(context.robot)
 
 
 class SwingTilt(Constraint):
@@ -875,11 +848,14 @@ class LandingSpeed(_LeastHeight):
         return np.asarray(speed * context.duration * (1.0 - s) * s**_LANDING)
 
 
-class LandingImpulse(_OfImpact):
+class LandingImpulse(Constraint):
     """Beyond (36): the ground does not push the landing foot harder than a limit."""
 
     name, equation, unit, words = "landing impulse", "3.2", "N·s", "hardness of the landing"
-    margins = ("landing_impulse",)
+    reads, margins = (quantities.IMPULSE,), ("landing_impulse",)
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return _impact(context) and super().asked(context)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         most = (context.margins.landing_impulse or 0.0) * context.robot.mass
@@ -887,78 +863,17 @@ class LandingImpulse(_OfImpact):
         return self.once(Entries(slice(2, 3), 6), labels, upper=most, scale=_size(context, "N·s"))
 
 
-class _OfRearImpulse(_OnFoot):
-    """A constraint on the impulse that a foot takes which stands then, section 2.4.1.
-
-    It is the rear foot where both stay, and the stance foot as it comes to lie flat.
-    """
-
-    reads = (quantities.REAR_IMPULSE,)
-
-    def asked(self, context: ConstraintContext) -> bool:
-        schedule = context.schedule
-        return (schedule.striking or schedule.slapping) and super().asked(context)
-
-    def foot(self, context: ConstraintContext) -> str:
-        return f"{_struck_foot(context)}, impulse "
-
-
-def _struck_foot(context: ConstraintContext) -> str:
-    """Return what the foot is called that takes such an impulse."""
-    return "foot as it lies flat" if context.schedule.slapping else "rear foot"
-
-
-class RearImpulseUp(_OfRearImpulse):
-    """Eq. (36) of the rear foot: the ground pushes it up, so that it stays."""
-
-    name, equation, unit = "rear impulse", "(36)", "N·s"
-    words = "vertical impulse on the rear foot"
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = (f"{_struck_foot(context)}, vertical impact impulse",)
-        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=_size(context, "N·s"))
-
-
-class RearImpulseFriction(_InCone, _OfRearImpulse):
-    """Eq. (34) of the rear foot: the impulse stays inside the friction cone."""
-
-    name, equation, unit = "rear impulse friction", "(34)", "N·s"
-    words = "friction under the rear foot at the impact"
-    couplings: ClassVar = {"friction": ("rear impulse", 1.0)}
-
-
-class RearImpulseCentreOfPressure(_OfRearImpulse):
-    """The rear foot does not tip: its impulsive centre of pressure is inside its sole."""
-
-    name, equation, unit = "rear impulse cop", "3.2.3", "N·m·s"
-    words = "centre of pressure under the rear foot at the impact"
-    margins = ("cop_margin", "impulse_cop")
-    couplings: ClassVar = {"cop_margin": ("rear impulse", -1.0)}
-
-    def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = _by_edge(f"{_struck_foot(context)}, impulsive centre of pressure")
-        schedule = context.schedule
-        contact = FlatFoot() if schedule.slapping else schedule.last.contact
-        moments = Linear(_edge_moments(context, contact))
-        return self.once(moments, labels, lower=0.0, scale=_size(context, "N·m·s"))
-
-
-class RearImpulseTorsion(_InTorsion, _OfRearImpulse):
-    """Beyond (34): the torsional friction of the rear foot at the impact."""
-
-    name, equation, unit = "rear impulse torsion", "3.2", "N·m·s"
-    words = "torsional friction under the rear foot at the impact"
-    couplings: ClassVar = {"torsional_friction": ("rear impulse", 1.0)}
-
-
 CONSTRAINTS: tuple[Constraint, ...] = (
-    JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
-    ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
-    ImpulseCentreOfPressure(), WalkingSpeed(), Tread(), Closure(), TrunkRoll(), TrunkPitch(),
-    TrunkYaw(), TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(),
-    LandingSpeed(), LandingImpulse(), ArmGap(), FootAngle(), FootLift(), SoftLanding(),
-    *FRONT, RearImpulseUp(), RearImpulseFriction(), RearImpulseCentreOfPressure(),
-    RearImpulseTorsion(), LoopMotors(),
+    JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(),
+    Load(LANDING), Friction(LANDING), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(),
+    JointRange(), CentreOfPressure(LANDING), WalkingSpeed(), Tread(), Closure(),
+    TrunkAngle("roll", "sideways lean of the trunk"),
+    TrunkAngle("pitch", "lean of the trunk forward or back"),
+    TrunkAngle("yaw", "turn of the trunk"), TorsionalFriction(), TorsionalFriction(LANDING),
+    BodyGap("leg", quantities.LEG_GAPS, "gap between the legs"), SwingTilt(), SwingHeight(),
+    LandingSpeed(), LandingImpulse(),
+    BodyGap("arm", quantities.ARM_GAPS, "gap between arms and other bodies"),
+    FootAngle(), FootLift(), SoftLanding(), *on_foot(FRONT), *on_foot(STRUCK), LoopMotors(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 
@@ -976,18 +891,6 @@ def _joints(
     labels = tuple(f"{joint} {constraint.name}" for joint in joints)
     rows = Entries(slice(0, len(joints)), len(joints))
     return constraint.over_step(context, rows, labels, lower=lower, upper=upper, scale=scale)
-
-
-def _apart(
-    constraint: Constraint, context: ConstraintContext, pairs: CapsulePairs, gap: float | None
-) -> ConstraintBlock:
-    """Rows with one entry per pair of bodies and instant."""
-    count = len(pairs.names)
-    return constraint.over_step(
-        context, Entries(slice(0, count), count),
-        tuple(f"gap between {name}" for name in pairs.names),
-        lower=pairs.least(gap or 0.0), scale=_size(context, "m"),
-    )  # fmt: skip
 
 
 def _finite(limits: Array) -> Array:
@@ -1008,10 +911,6 @@ def _turning(context: ConstraintContext) -> tuple[bool, bool]:
         phase.contact.hinge(sole) is not None for phase in (schedule.first, schedule.last)
     )
     return landed, leaving
-
-
-def _by_edge(words: str) -> tuple[str, ...]:
-    return tuple(f"{words}, moment about the {edge} edge" for edge in EDGES)
 
 
 def _edge_moments(context: ConstraintContext, contact: ContactMode) -> Array:

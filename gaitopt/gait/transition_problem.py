@@ -31,6 +31,7 @@ from gaitopt.gait.constraints import (
     UNLIMITED_HEIGHT,
     Clearance,
     LandingSpeed,
+    on_foot,
 )
 from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, place
 from gaitopt.gait.functions import Linear
@@ -446,7 +447,7 @@ def _blocks(robot: Robot, transition: TransitionTask, grid: Grid) -> tuple[Const
         for part, duration, aloft in zip(own, transition.durations, swings, strict=True)
     ]  # fmt: skip
     found = []
-    for front in FRONT if transition.shift else ():
+    for front in on_foot(FRONT) if transition.shift else ():
         if Constraint.asked(front, contexts[0]):
             blocks = [front.block(context) for context in contexts]
             found.append(joined_blocks(blocks, grid, edges, robot, PERIOD))
