@@ -337,6 +337,7 @@ class CompiledPassives:
         least, most = model.tendon_lengthspring[tendon]
         if len(self.tendons[tendon]) == 1:  # which counts, but for a spring that is slack at times
             given = {"stiffness": given["stiffness"] and least != most}
+        given["range"] = model.tendon_limited[tendon] and not self.compiled.off("LIMIT")
         return [word for word, value in given.items() if value]
 
     def _dof(self, joint: int) -> int:

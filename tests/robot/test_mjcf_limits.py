@@ -147,6 +147,24 @@ def test_a_tendon_passes_the_force_on():
     assert read_source(text).model().effortLimit[6] == 24.0
 
 
+@pytest.mark.parametrize("others", ["", "<joint joint='other' coef='1'/>"])
+def test_the_range_of_a_tendon_is_told_to_be_left_out(others):
+    tendon = f"<fixed name='t' range='-1 1'><joint joint='knee' coef='2'/>{others}</fixed>"
+    text = edited(TEXT, together(added(".//body", OTHER), added(".", f"<tendon>{tendon}</tendon>")))
+    told = [f.text for f in read_source(text).notes if f.subject == "tendon 't'"]
+    assert told == ["the range of this tendon is left out"]
+    free = edited(text, at(".//fixed", limited="false"))
+    assert not [f for f in read_source(free).notes if f.subject == "tendon 't'"]
+
+
+@pytest.mark.parametrize("flag", ["equality", "limit", "spring", "damper", "frictionloss"])
+def test_what_a_flag_switches_off_is_told(flag):
+    told = f"<flag> in <option> switches off {flag}: what the file has of it does not count"
+    text = edited(TEXT, added(".", f"<option><flag {flag}='disable'/></option>"))
+    assert [f.text for f in read_source(text).notes if "<flag>" in f.text] == [told]
+    assert not [f for f in read_source(TEXT).notes if "<flag>" in f.text]
+
+
 MUSCLES = together(
     at(CLASS, actuatorfrcrange="0 0"),
     at(".//actuator/motor", joint="other"),
