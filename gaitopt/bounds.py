@@ -9,13 +9,16 @@ that size is made.
 from __future__ import annotations
 
 import json
+import math
 import os
 import select
 import stat
 from collections.abc import Iterator
+from numbers import Real
 from pathlib import Path
+from typing import TypeGuard
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, OptionError
 from gaitopt.tolerances import LIMITS
 
 SAMPLES = 1001
@@ -90,6 +93,30 @@ def at_most(value: int, most: int, what: str, advice: str = "") -> None:
     if value > most:
         more = f"; {advice}" if advice else ""
         raise InputError(f"{shown(value)} {what} are too many; give at most {most}{more}")
+
+
+def must_be(value: object, kind: type | tuple[type, ...], what: str, advice: str) -> None:
+    """Refuse an argument of another kind.
+
+    Args:
+        what: it is, as "the robot".
+        advice: what to give, with an example.
+
+    Raises:
+        OptionError: it is of another kind.
+    """
+    if not isinstance(value, kind):
+        raise OptionError(f"{what} is {shown(value)}; give {advice}")
+
+
+def is_finite(value: object) -> TypeGuard[float]:
+    """Return whether a value is a finite number."""
+    if isinstance(value, bool):  # to Python a kind of int
+        return False
+    try:
+        return isinstance(value, Real) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return False
 
 
 def shown(value: object) -> str:

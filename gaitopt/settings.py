@@ -17,6 +17,8 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
+
 from gaitopt.bounds import shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, OptionError, did_you_mean
@@ -296,6 +298,7 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
 
     @wraps(made)
     def init(self: Any, *args: Any, **values: Any) -> None:
+        args, values = plain(args), plain(values)
         try:
             made(self, *args, **values)
         except (TypeError, AttributeError, ValueError) as error:
@@ -308,6 +311,15 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
 
     type.__setattr__(kind, "__init__", init)
     return kind
+
+
+def plain(value: Any) -> Any:
+    """Return a value with Python's own numbers in place of NumPy's, in tuples and tables too."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if type(value) in (list, tuple):
+        return type(value)(plain(one) for one in value)
+    return {name: plain(one) for name, one in value.items()} if type(value) is dict else value
 
 
 def _check_names(

@@ -1,20 +1,40 @@
 """Dataclasses of options refuse names and kinds of values with advice that works."""
 
 import re
+from dataclasses import fields
 
+import numpy as np
 import pytest
+from sample_gait import sample_gait
 
 from gaitopt import (
     BipedSpec,
     DesignOptions,
     ImportOptions,
     Margins,
+    Replanner,
     Sole,
     Task,
     TorqueCost,
+    WalkProblem,
     WeightedSum,
+    audit,
+    audit_transition,
+    certify,
+    compare_solvers,
+    design_gait,
+    design_transition,
+    export,
+    export_transition,
+    many_starts,
+    page_text,
+    play,
     preset_task,
+    save_gait,
+    save_transition,
     solver_by_name,
+    summarise,
+    write_figures,
 )
 from gaitopt.errors import InputError, OptionError
 from gaitopt.model.import_options import LimitOverride, Payload
@@ -66,3 +86,95 @@ def test_the_advice_works():
 def test_what_a_class_says_itself_goes_first():
     with pytest.raises(InputError, match="postures is 'a'; it must be a whole number"):
         Task(postures="a")
+
+
+NUMBERS = {float: (np.float64, np.float32), int: (np.int64, np.int32), bool: (np.bool_,)}
+
+
+@pytest.mark.parametrize("kind", [Task, Margins, DesignOptions, ImportOptions, SQP, SLSQP])
+def test_numbers_of_numpy_are_numbers(kind):
+    tried = 0
+    for one in fields(kind):
+        for make in NUMBERS.get(type(one.default), ()):
+            plain = make(one.default).item()  # float32 rounds
+            made = kind(**{one.name: make(one.default)})
+            assert made == kind(**{one.name: plain})
+            assert type(getattr(made, one.name)) is type(plain)
+            tried += 1
+    assert tried
+
+
+@pytest.mark.parametrize("preset", ["standard", "paper", "humanoid", "robust"])
+def test_presets_are_sized_by_numbers_of_numpy_too(robot, preset):
+    given = {"speed": np.float32(0.5), "friction": np.float32(0.6), "lateral_gap": np.float64(0.02)}
+    plain = {name: value.item() for name, value in given.items()}
+    assert preset_task(preset, robot, **given) == preset_task(preset, robot, **plain)
+    weighed = TorqueCost({"*knee*": np.float32(2.0)})
+    assert weighed == TorqueCost({"*knee*": 2.0})
+    assert type(weighed.weights["*knee*"]) is float
+
+
+class NoGait:
+    """Stands for a design, whose gait was meant."""
+
+
+NO_GAIT = [
+    audit,
+    audit_transition,
+    summarise,
+    page_text,
+    play,
+    design_transition,
+    lambda gait: design_transition(None, gait),
+    lambda gait: save_gait(gait, "walk.npz"),
+    lambda gait: save_transition(gait, "walk.npz"),
+    lambda gait: export(gait, "walk.csv"),
+    lambda gait: export_transition(gait, "walk.npz", format="motion"),
+    lambda gait: write_figures(gait, "figures"),
+]
+
+
+@pytest.mark.parametrize("use", NO_GAIT)
+def test_what_is_no_gait_is_refused(use, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for given in (NoGait(), "walk.npz"):
+        with pytest.raises(OptionError, match=r"give a Gait: load_gait\('walk.npz'\), or"):
+            use(given)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("use", "said"),
+    [
+        (lambda r: design_gait("r.urdf"), "the robot is 'r.urdf'; give a Robot, as Robot.from"),
+        (lambda r: many_starts(3), "the robot is 3; give a Robot"),
+        (lambda r: compare_solvers(None), "the robot is None; give a Robot"),
+        (lambda r: preset_task("standard", 3), "the robot is 3; give a Robot"),
+        (lambda r: WalkProblem(None, Task()), "the robot is None; give a Robot"),
+        (lambda r: Replanner().replan(r, "humanoid"), "the task is 'humanoid'; give a Task"),
+        (lambda r: design_gait(r, "humanoid"), "the task is 'humanoid'; give a Task"),
+        (lambda r: design_gait(r, Task(), 3), "options is 3; give DesignOptions(...)"),
+        (lambda r: many_starts(r, count=2.5), "starts is 2.5; give a whole number"),
+        (lambda r: many_starts(r, seed="a"), "seed is 'a'; give a whole number"),
+        (lambda r: compare_solvers(r, Task(), [3]), "a solver is 3; give a name, as 'sqp'"),
+        (lambda r: Replanner().replan(r, Task(), deadline="1"), "the deadline is '1'; give s"),
+        (lambda r: certify(3, np.zeros(2)), "the problem is 3; give a WalkProblem"),
+        (lambda r: Task().with_margins(3), "margins is 3; give a table by name"),
+        (lambda r: page_text(sample_gait(), steps=2.5), "the number of steps is 2.5; give a whole"),
+    ],
+)  # fmt: skip
+def test_what_is_of_another_kind_is_refused(robot, use, said):
+    with pytest.raises(OptionError, match=re.escape(said)):
+        use(robot)
+
+
+def test_parameters_of_any_kind_of_numbers_are_those_parameters(sampled_design):
+    problem, x = sampled_design.problem, sampled_design.solution.x
+    rough = x.astype(np.float32)
+    views = np.repeat(rough, 2)[::2], rough.astype(np.float64), rough.tolist()
+    costs = {problem.with_grid(problem.grid).point(one).cost for one in (rough, *views)}
+    assert costs == {problem.with_grid(problem.grid).point(views[1]).cost}
+    assert certify(problem, rough).cost == certify(problem, views[1]).cost
+    for wrong in (x[1:], x[:, None], "x"):
+        with pytest.raises(InputError, match=f"give {x.size} finite numbers, in the order of"):
+            problem.point(wrong)

@@ -19,7 +19,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded import Recorded, robot_of
+from gaitopt.gait.recorded import Recorded, must_be_gait, robot_of
 from gaitopt.gait.result import FOOT, Gait, array_names
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
@@ -74,6 +74,7 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
             has a constraint or a cost that is not known.
         RobotError: its URDF is not a biped.
     """
+    must_be_gait(gait, Gait)
     problem = problem_of(gait, known)
     try:
         again = gait_at(problem, gait.parameters, {})

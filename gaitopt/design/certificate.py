@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from gaitopt.bounds import must_be
 from gaitopt.contact import AFTER, Schedule, Symmetry
 from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
@@ -433,8 +434,11 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         fine: the walk on the certificate's grid, if it is at hand.
 
     Raises:
+        InputError: x is no array of numbers, or has another shape.
         EvaluationError: the walk is not defined at x.
     """
+    must_be(problem, WalkProblem, "the problem", "a WalkProblem, as WalkProblem(robot, task)")
+    x = problem.checked(x)
     point = problem.point(x)
     multipliers = least_squares_multipliers(problem, point)
     fine = fine or on_fine_grid(problem)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.bounds import must_be
 from gaitopt.design.certificate import worst_rows
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import (
@@ -90,19 +91,10 @@ def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
     """
     if isinstance(start, Gait):
         return parameters_of(start, problem)
-    wanted = (
-        f"give {problem.layout.size} finite numbers, in the order of "
-        "WalkProblem(robot, task).layout.names"
-    )
-    try:
-        x = np.array(start, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the first guess is no array of numbers; {wanted}") from error
-    if x.shape != (problem.layout.size,):
-        raise InputError(f"the first guess has shape {x.shape}; {wanted}")
+    x = problem.checked(start, "the first guess")
     if not np.all(np.isfinite(x)):
         at = problem.layout.names[int(np.argmin(np.isfinite(x)))]
-        raise InputError(f"the first guess has no finite value for {at}; {wanted}")
+        raise InputError(f"the first guess has no finite value for {at}; give {x.size}")
     return x
 
 
@@ -231,6 +223,8 @@ def compare_solvers(
     chosen = [solver_by_name(one) if isinstance(one, str) else one for one in solvers]
     if not chosen:
         raise InputError("no solver is named; give one or more, as sqp,slsqp,ipopt")
+    for solver in chosen:
+        must_be(solver, Solver, "a solver", "a name, as 'sqp', or a Solver")
     problem = WalkProblem(robot, task or preset_task(robot=robot))
     x = first_guess(problem) if start is None else checked_start(problem, start)
     runs = []

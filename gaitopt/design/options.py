@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import must_be, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import ProgressCallback, Stop, StopCallback, never, stopping
@@ -103,6 +103,10 @@ class Search:
     options: DesignOptions = field(default_factory=DesignOptions)
     on_progress: MakeProgress | None = None
     stop: Stop = never
+
+    def __post_init__(self) -> None:
+        """Check the kind of the options."""
+        must_be(self.options, DesignOptions, "options", "DesignOptions(...)")
 
     def changed(self, **options: object) -> Search:
         """Return the same search with other options."""

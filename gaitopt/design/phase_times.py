@@ -54,7 +54,7 @@ class TimesChoice:
 
 def searched_times(task: Task, options: DesignOptions | None) -> tuple[str, ...]:
     """Return which times of phases of a task are to be searched, by the names of its fields."""
-    options = options or DesignOptions()
+    options = Search(options or DesignOptions()).options
     asked = {
         "toe_off": options.toe_begin,
         "heel_strike": options.phase_times,

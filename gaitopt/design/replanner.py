@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from numbers import Real
 
+from gaitopt.bounds import must_be
 from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import Design, attempt, complete, derived, is_walk
@@ -115,8 +117,10 @@ class Replanner:
             stop: asked as often; where it says True, the answer is "late" too.
 
         Raises:
-            InputError: the task or the robot cannot be.
+            InputError: the task, the robot or the deadline cannot be.
         """
+        if deadline is not None:
+            must_be(deadline, Real, "the deadline", "seconds, or None")
         began = time.perf_counter()
 
         def ends() -> bool:

@@ -11,11 +11,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
+from numbers import Integral
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.bounds import STARTS, WORKERS, at_most, shown
+from gaitopt.bounds import STARTS, WORKERS, at_most, is_finite, must_be, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.design.design import checked_start, design, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions, Search
@@ -92,11 +93,9 @@ def design_gait(
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
         StoppedError: `stop` said so before there was a walk.
     """
-    if not isinstance(robot, Robot):
-        raise InputError(
-            f"the robot is {shown(robot)}; give a Robot, as Robot.from_urdf('robot.urdf')"
-        )
+    must_be(robot, Robot, "the robot", "a Robot, as Robot.from_urdf('robot.urdf')")
     task = task or preset_task(robot=robot)
+    must_be(task, Task, "the task", "a Task, as preset_task('humanoid', robot)")
     foreign = foreign_margins(robot, task)
     if foreign is not None:
         warnings.warn(foreign, stacklevel=2)
@@ -301,15 +300,16 @@ def _starts(numbers: tuple[int, ...]) -> str:
 
 
 def _check(count: int, seed: int, sigma: float, workers: int) -> None:
-    for name, value in (("starts", count), ("workers", workers)):
-        if value < 1:
+    for name, value in (("starts", count), ("workers", workers), ("seed", seed)):
+        must_be(value, Integral, name, "a whole number")
+        if value < 1 and name != "seed":
             raise InputError(f"{shown(value)} {name} are too few; give at least 1")
     at_most(count, STARTS, "starts")
     at_most(workers, WORKERS, "workers")
     if seed < 0:
         raise InputError(f"seed {seed} is negative; give 0 or more")
-    if not (np.isfinite(sigma) and sigma >= 0.0):
-        raise InputError(f"sigma is {sigma} rad; it must be a finite number, not negative")
+    if not (is_finite(sigma) and sigma >= 0.0):
+        raise InputError(f"sigma is {shown(sigma)} rad; it must be a finite number, not negative")
 
 
 def _completed(problem: WalkProblem, solution: Solution, search: Search) -> Design:

@@ -18,7 +18,13 @@ from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.motor_space import DrivenJoints
-from gaitopt.gait.recorded import Recorded, ground_of, recorded_choices, recorded_linkages
+from gaitopt.gait.recorded import (
+    Recorded,
+    ground_of,
+    must_be_gait,
+    recorded_choices,
+    recorded_linkages,
+)
 from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
@@ -55,6 +61,7 @@ def summarise(gait: Gait | Transition) -> Facts:
     transition has `transition` in place of walk, contact, impact, shadow_prices and optima: what it
     leads from and to, and each step with its contact and its impact.
     """
+    must_be_gait(gait)
     own: Facts
     if isinstance(gait, Transition):
         own = {"transition": _transition(gait)}

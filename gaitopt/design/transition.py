@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from types import NoneType
 
 import numpy as np
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.design.audit import (
     ROBOT_FACTS,
@@ -41,6 +42,7 @@ from gaitopt.gait.initial_guess import perturbed, transition_guess
 from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.quantities import PEAK
+from gaitopt.gait.recorded import must_be_gait
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.shift_step import ShiftStepModel
 from gaitopt.gait.task import Task, task_from_record, task_record
@@ -61,6 +63,7 @@ from gaitopt.gait.transition_problem import (
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Solution, Status, Stop, never
+from gaitopt.settings import plain
 from gaitopt.tolerances import SAME
 
 MOST_STEPS = 8
@@ -168,10 +171,11 @@ def transition_problem(
     Raises:
         InputError: as there.
     """
+    steps = plain(steps)
     if isinstance(steps, bool) or not isinstance(steps, int) or not 1 <= steps <= MOST_STEPS:
         raise InputError(f"a transition has {shown(steps)} steps; give 1 to {MOST_STEPS}")
     (chosen, begin, finish), _ = _ends(before, after, stretch)
-    task = chosen.task.with_margins({"step_width": None, **(margins or {})})
+    task = chosen.task.with_margins({"step_width": None}).with_margins(margins or {})
     task = replace(task, postures=max(task.postures, POSTURES) if postures is None else postures)
     for end in (begin, finish):
         if end.rests:
@@ -190,6 +194,7 @@ def audit_transition(transition: Transition, known: Iterable[Extension] = ()) ->
             gaits no walks.
         RobotError: its URDF is not a biped.
     """
+    must_be_gait(transition, Transition)
     before, after = transition.before, transition.after
     try:
         problem, walks = _recorded_problem(transition, known)
@@ -256,6 +261,8 @@ def _ends(
     """
     if before is None and after is None:
         raise InputError("a transition leads from or to a gait; give at least one")
+    for gait in (before, after):
+        must_be_gait(gait, (Gait, NoneType))
     if before is not None and after is not None:
         _check_same_robot(before, after)
     walks, states = list[_Walk](), list[Junction | None]()
@@ -402,7 +409,7 @@ def _durations(
 ) -> tuple[float, ...]:
     if given is None:
         return step_durations(begin, finish, steps)
-    values = [given] * steps if isinstance(given, int | float) else list(given)
+    values = plain(list(given)) if isinstance(given, Iterable) else [given] * steps
     fits = len(values) == steps and all(
         isinstance(one, int | float) and _SHORTEST <= one <= _LONGEST for one in values
     )
@@ -416,9 +423,9 @@ def _durations(
 
 def _check_shift(shift: float, robot: Robot, begin: Junction) -> Array:
     """Return the wrench on the foot that swings first as a shift begins, (6,), or (0,) without."""
-    if shift == 0.0:
+    if is_finite(shift) and shift == 0.0:
         return np.zeros(0)
-    if isinstance(shift, bool) or not _SHORTEST <= shift <= _LONGEST:
+    if not is_finite(shift) or not _SHORTEST <= shift <= _LONGEST:
         raise InputError(
             f"a shift of the weight lasts {shown(shift)} s; give {_SHORTEST} to {_LONGEST} s, or 0"
         )

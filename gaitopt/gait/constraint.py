@@ -7,7 +7,6 @@ names in messages, the diagnosis and the refinement between the samples follow f
 
 from __future__ import annotations
 
-import math
 import sys
 from abc import ABC, abstractmethod
 from bisect import bisect_right
@@ -17,12 +16,12 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from traceback import extract_tb
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.bounds import NUMBER, shown
+from gaitopt.bounds import NUMBER, is_finite, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
@@ -31,7 +30,7 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.terrain import Level, Terrain
 from gaitopt.nlp import Array
-from gaitopt.settings import setting
+from gaitopt.settings import plain, setting
 from gaitopt.units import DEGREES, SINE
 
 if TYPE_CHECKING:
@@ -115,13 +114,14 @@ def _margins_of(kind: type) -> Mapping[str, Margin]:
 
 
 def check_margins(owner: object) -> None:
-    """Check the values of the margins of a dataclass instance.
+    """Check the values of the margins of a dataclass instance; NumPy's numbers become Python's.
 
     Raises:
         InputError: one is not a finite number (True or False for a switch), or out of bounds.
     """
     for one in fields(owner):  # type: ignore[arg-type]
         if _KEY in one.metadata:
+            object.__setattr__(owner, one.name, plain(getattr(owner, one.name)))
             _check(one.name, getattr(owner, one.name), str(one.type), one.metadata[_KEY])
 
 
@@ -227,16 +227,6 @@ def is_of_use(value: object) -> bool:
         return False
     number = abs(value)
     return number == 0.0 or 1.0 / NUMBER <= number <= NUMBER
-
-
-def is_finite(value: object) -> TypeGuard[float]:
-    """Return whether a value is a finite number."""
-    if isinstance(value, bool):  # to Python a kind of int
-        return False
-    try:
-        return isinstance(value, float | int) and math.isfinite(value)
-    except OverflowError:  # a whole number beyond every float
-        return False
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
-from gaitopt.bounds import shown
+from gaitopt.bounds import is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, GaitoptError, InputError, there_are
 from gaitopt.gait import quantities
@@ -30,7 +30,6 @@ from gaitopt.gait.constraint import (
     check_declaration,
     check_margins,
     failure,
-    is_finite,
     is_of_use,
     margin,
 )

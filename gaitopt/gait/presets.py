@@ -12,9 +12,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gaitopt.bounds import is_finite, must_be
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError, did_you_mean
-from gaitopt.gait.constraint import is_finite
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
@@ -22,6 +22,7 @@ from gaitopt.gait.terrain import Terrain
 from gaitopt.importers.physics import is_generated
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import turning_arm
+from gaitopt.settings import plain
 
 PRESETS = STANDARD, PAPER, HUMANOID, ROBUST = "standard", "paper", "humanoid", "robust"
 
@@ -73,12 +74,15 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
             f"preset '{preset}' is unknown; {did_you_mean(preset, PRESETS)}choose one of "
             f"{', '.join(PRESETS)}"
         )
+    if robot is not None:
+        must_be(robot, Robot, "the robot", "a Robot, as Robot.from_urdf('robot.urdf')")
+    changes = plain(changes)
     if preset == STANDARD:
         return Task().with_changes(**{**_torsional_friction(robot, changes), **changes})
     if preset == PAPER:
         geometry = set_geometry(GEOMETRY, {"pelvis_yaw": {"free": False}})
         return Task(geometry=geometry, margins=Margins(impulse_cop=False)).with_changes(**changes)
-    if not isinstance(robot, Robot):
+    if robot is None:
         raise InputError(
             f"the preset '{preset}' is sized by the robot; give it, as in "
             f'preset_task("{preset}", robot, speed=0.6)'
@@ -98,6 +102,7 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     Raises:
         InputError: an unknown field, or a value out of range.
     """
+    changes = plain(changes)
     speed = changes.get("speed", stroll(robot))
     defaults: dict[str, object] = {"boundary": "lifted", "leg_extension": None, "speed": speed}
     aside = changes.get("lateral_speed", 0.0)

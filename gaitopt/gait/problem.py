@@ -9,8 +9,9 @@ from itertools import accumulate
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import must_be, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError
@@ -128,7 +129,12 @@ class WalkProblem(NLP):
             grid: the task's, by default.
             layout: the task's, by default.
             neighbour: a walk whose last step is this one's too where only limits or cost differ.
+
+        Raises:
+            OptionError: the robot is no `Robot`, or the task no `Task`.
         """
+        must_be(robot, Robot, "the robot", "a Robot, as Robot.from_urdf('robot.urdf')")
+        must_be(task, Task, "the task", "a Task, as preset_task('humanoid', robot)")
         robot = robot.on_ground(task.ground.down)
         self.robot, self.task = robot, task
         self.robots = (robot, robot.on_ground(task.ground.in_mirror))[: task.steps]
@@ -243,8 +249,27 @@ class WalkProblem(NLP):
         if self._last_derivatives is not None and np.array_equal(self._last_derivatives.x, x):
             return self._last_derivatives.whole
         if self._last_step is None or not np.array_equal(self._last_step.x, x):
-            self._last_step = self._joined(np.array(x), self._evaluated(np.array(x)))
+            x = self.checked(x)
+            self._last_step = self._joined(x, self._evaluated(x.copy()))
         return self._last_step
+
+    def checked(self, x: ArrayLike, what: str = "x") -> Array:
+        """Return a copy of parameters, shape (P,).
+
+        Raises:
+            InputError: they are no numbers, or of another shape.
+        """
+        wanted = (
+            f"give {self.layout.size} finite numbers, in the order of "
+            "WalkProblem(robot, task).layout.names"
+        )
+        try:
+            found = np.array(x, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{what} is no array of numbers; {wanted}") from error
+        if found.shape != (self.layout.size,):
+            raise InputError(f"{what} has shape {found.shape}; {wanted}")
+        return found
 
     def derivatives(self, x: Array) -> tuple[Step, StepDerivatives]:
         """Return the step at x and its derivatives, of a stride the first."""
@@ -271,7 +296,7 @@ class WalkProblem(NLP):
             last, known = self._last_step, None
             if last is not None and np.array_equal(last.x, x):
                 known = [one.posture for one in self.steps(x)]
-            x = np.array(x)
+            x = self.checked(x)
             steps, derivatives = self._differentiated(x, known)
             whole, jacobians = self._joined(x, steps), self._together(derivatives)
             self._last_derivatives = _Derivatives(x, whole, steps, derivatives, jacobians)

@@ -9,7 +9,7 @@ from dataclasses import field
 import numpy as np
 
 from gaitopt.actuators.linkages import linkages_from_rows
-from gaitopt.bounds import NUMBER
+from gaitopt.bounds import NUMBER, must_be
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, GaitoptError, RobotError
 from gaitopt.escape import printable
@@ -176,6 +176,15 @@ def _robot_or_found(gait: Recorded) -> Robot:
 _LONGEST = 80  # characters of words
 _LOOPS = ("<connect", "<weld")  # in the text of a robot with loops of bodies
 _MOST = 1000  # points of an outline
+
+
+def must_be_gait(gait: object, kind: type | tuple[type, ...] = Recorded) -> None:
+    """Refuse what is given in place of a gait, as the design that holds it or the name of its file.
+
+    Raises:
+        OptionError: it is none.
+    """
+    must_be(gait, kind, "the gait", "a Gait: load_gait('walk.npz'), or .gait of a Design")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import asdict, field, fields, replace
 from functools import cached_property, partial
 from typing import Any
 
-from gaitopt.bounds import POSTURES, at_most, shown
+from gaitopt.bounds import POSTURES, at_most, is_finite, must_be, shown
 from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, there_are
@@ -22,7 +22,6 @@ from gaitopt.gait.constraint import (
     check_declaration,
     check_relaxation,
     declared_margins,
-    is_finite,
     is_of_use,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
@@ -489,6 +488,7 @@ class Task:
         Raises:
             InputError: there is none of that name, or a value is out of range.
         """
+        must_be(values, Mapping, "margins", "a table by name, as {'friction': 0.5}")
         for name in values:
             self.margin(name)
         margins, *constraints = (

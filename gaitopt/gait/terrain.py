@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from numbers import Real
-from typing import ClassVar, TypeGuard
+from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
@@ -263,13 +262,6 @@ class Treads(Profile):
         return np.array([[self.edge - step, 0.0], [self.edge, 0.0]])
 
 
-def _is_finite(value: object) -> TypeGuard[float]:
-    try:
-        return isinstance(value, Real) and math.isfinite(value)
-    except OverflowError:  # a whole number beyond every float
-        return False
-
-
 def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | None) -> None:
     """Check the profile of a terrain of one's own.
 
@@ -282,7 +274,7 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
             f"the words of the terrain '{terrain.name}' are {shown(words)}; give a text"
         )
     for name, value in (("lift", terrain.lift), ("rise", terrain.rise)):
-        if not _is_finite(value):
+        if not is_finite(value):
             raise InputError(
                 f"the {name} of the terrain '{terrain.name}' is {shown(value)}; give metres"
             )
@@ -293,7 +285,7 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
     if not isinstance(profile, Profile):
         raise InputError(f"{what} is {shown(profile)}; give an instance of a Profile, or None")
     length = getattr(profile, "length", None)
-    if not (_is_finite(length) and length > 0.0):
+    if not (is_finite(length) and length > 0.0):
         raise InputError(
             f"{what} has the length {shown(length)}; give metres, over which the ground changes"
         )

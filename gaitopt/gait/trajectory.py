@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from gaitopt.bounds import TIMES, at_most
+from gaitopt.bounds import TIMES, at_most, is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.spline import bernstein, spline_basis
@@ -27,6 +27,9 @@ from gaitopt.nlp import Array
 
 MIRRORED_WRENCH = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of a wrench seen in a mirror, in the other foot's sole frame."""
+
+LATEST = 1e9
+"""Time from the beginning at which a walk is evaluated [s]: 30 years; floats tell 0.1 µs there."""
 
 _SNAP = 1e-9  # of a step: instants this near to its end are its end
 _STRAIGHT = 1e-9  # rad: feet turned by less point along the walk
@@ -288,8 +291,9 @@ class Trajectory:
         Raises:
             InputError: the rate or the number is not above 0, or there are too many instants.
         """
-        if not (rate > 0.0 and strides > 0.0):
-            raise InputError(f"{rate:g} Hz and {strides:g} strides: both must be above 0")
+        if not (is_finite(rate) and is_finite(strides) and rate > 0.0 and strides > 0.0):
+            given = f"{shown(rate)} Hz and {shown(strides)} strides"
+            raise InputError(f"{given}: both must be finite numbers above 0")
         count = int(np.ceil(strides * self.period * rate - _SNAP))
         at_most(count, TIMES, "instants")
         return np.asarray(np.arange(count) / rate)
@@ -306,13 +310,22 @@ class Trajectory:
                 that begins; one for all, or one for each time.
 
         Raises:
-            InputError: a time is not finite, or there are too many of them.
+            InputError: a time is no number up to `LATEST`, there are too many of them, or
+                `before` is neither one nor as many.
         """
-        t = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        if t.ndim != 1 or not np.isfinite(t).all():
-            raise InputError("times of a trajectory must be finite numbers, shape (N,)")
+        try:
+            t = np.atleast_1d(np.asarray(times)).astype(np.float64, casting="same_kind")
+        except (TypeError, ValueError):
+            t = np.full(1, np.nan)
+        if t.ndim != 1 or not (np.abs(t) <= LATEST).all():
+            raise InputError(
+                f"times of a trajectory must be numbers up to {LATEST:g} s, shape (N,)"
+            )
         at_most(len(t), TIMES, "instants")
-        ending = np.broadcast_to(np.asarray(before, dtype=bool), t.shape)
+        ending = np.asarray(before, dtype=bool)
+        if ending.shape not in ((), t.shape):
+            raise InputError(f"`before` has shape {ending.shape}; give one, or one for each time")
+        ending = np.broadcast_to(ending, t.shape)
         share = t / self.step_duration
         step = np.where(ending, np.ceil(share - _SNAP) - 1, np.floor(share + _SNAP))
         local = np.clip(t - step * self.step_duration, 0.0, self.step_duration)

@@ -21,6 +21,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.bounds import is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
@@ -604,8 +605,10 @@ def standing(robot: Robot, walk: Array, stretch: float = STRETCH) -> Junction:
         InputError: the stretch is out of range, or the legs have fewer than six motors.
         UnreachableError: the legs cannot stand so.
     """
-    if not _LEAST <= stretch <= _MOST:
-        raise InputError(f"a stretch of {stretch:g} is none; give one from {_LEAST} to {_MOST}")
+    if not (is_finite(stretch) and _LEAST <= stretch <= _MOST):
+        raise InputError(
+            f"a stretch of {shown(stretch)} is none; give one from {_LEAST} to {_MOST}"
+        )
     if robot.tree.stance < TWIST or not robot.coupling.none:
         raise InputError(
             "a posture to stand in is found for legs of six joints or more that all have motors; "

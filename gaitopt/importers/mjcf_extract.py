@@ -423,8 +423,8 @@ class _Extraction:
                 self._announce("physics", f"tendon {self._quoted('tendon', tendon)}", text)
         flags = ("equality", "limit", "spring", "damper", "frictionloss")
         if off := [flag for flag in flags if self.compiled.off(flag.upper())]:
-            text = f"<flag> in <option> switches off {', '.join(off)}: what the file has of it does "
-            self._announce("physics", "robot", f"{text}not count")
+            text = f"<flag> in <option> switches off {', '.join(off)}: what the file has of it does"
+            self._announce("physics", "robot", f"{text} not count")
         held = sum(float(part) for part in model.body_gravcomp)
         if held and any(model.jnt_actgravcomp[j] for j in joints):
             text = (

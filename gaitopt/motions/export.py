@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, did_you_mean
+from gaitopt.gait.recorded import must_be_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.spline import bernstein
 from gaitopt.gait.transition import Transition
@@ -400,6 +401,7 @@ def export(
             written.
         RobotError: the gait holds no robot, and its URDF is not one.
     """
+    must_be_gait(gait, Gait)
     asked = {"rate": rate, "strides": strides, "joints": joints}
     given = [name for name, value in asked.items() if value is not None]
     if format is None:
@@ -448,6 +450,7 @@ def export_transition(
     Raises:
         InputError: as in `export`, or the form has no samples.
     """
+    must_be_gait(transition, Transition)
     form = form_for(path, format)
     return write_atomically(path, _content(transition, form, rate, None, joints))
 

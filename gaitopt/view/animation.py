@@ -8,16 +8,17 @@ of the scene only, so that to follow the robot the world is moved the other way.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Integral
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from gaitopt.bounds import FRAMES, STEPS, at_most, shown
+from gaitopt.bounds import FRAMES, STEPS, at_most, must_be, shown
 from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.gait.recorded import Ground, ground_of
+from gaitopt.gait.recorded import Ground, ground_of, must_be_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
@@ -167,6 +168,7 @@ def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
         InputError: there is no step, or there are too many frames.
         RobotError: the gait's robot cannot be read.
     """
+    must_be(steps, Integral, "the number of steps", "a whole number")
     if steps < 1:
         raise InputError(f"{shown(steps)} steps cannot be shown; ask for one or more")
     at_most(steps, STEPS, "steps")
@@ -224,6 +226,7 @@ def build_scene(
         InputError: steps < 1.
         RobotError: the robot cannot be drawn.
     """
+    must_be_gait(gait)
     samples = transition_frames(gait) if isinstance(gait, Transition) else frames(gait, steps)
     walk = samples, _key_times(samples)
     return _scene(viewer, gait, walk, steps, package_dirs, drawn, None, whole)

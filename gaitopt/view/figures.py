@@ -24,7 +24,7 @@ from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.design.summary import group_name, joint_groups
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import GRAVITY_KEY
-from gaitopt.gait.recorded import Recorded, ground_of
+from gaitopt.gait.recorded import Recorded, ground_of, must_be_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
@@ -625,6 +625,7 @@ def make_figure(gait: Gait | Transition, name: str) -> Figure:
         InputError: there is no figure of that name.
         RobotError: the gait's URDF cannot be drawn.
     """
+    must_be_gait(gait)
     names = _names(gait)
     if name not in names:
         raise InputError(f"there is no figure '{name}'; choose from {', '.join(names)}")
@@ -659,6 +660,7 @@ def write_figures(
         InputError: a format or a name is unknown, or the directory cannot be written.
         RobotError: the gait's URDF cannot be drawn.
     """
+    must_be_gait(gait)
     unknown = set(formats) - set(KINDS)
     if unknown:
         raise InputError(

@@ -297,12 +297,14 @@ def test_times_are_those_of_a_clock(trajectory):
 
 
 def test_what_makes_no_sense_is_refused(trajectory):
-    with pytest.raises(InputError, match="finite numbers"):
-        trajectory.at([0.0, np.nan])
-    with pytest.raises(InputError, match="finite numbers"):
-        trajectory.at(np.zeros((2, 2)))
-    with pytest.raises(InputError, match="both must be above 0"):
-        trajectory.times(rate=0.0)
+    for times in ([0.0, np.nan], np.zeros((2, 2)), "0.1", [0.1, None], 1j, 1e300, 10**400):
+        with pytest.raises(InputError, match=r"numbers up to 1e\+09 s, shape \(N,\)"):
+            trajectory.at(times)
+    with pytest.raises(InputError, match=r"`before` has shape \(3,\); give one, or one for each"):
+        trajectory.at([0.1, 0.2], before=[True] * 3)
+    for rate in (0.0, -1.0, np.nan, np.inf, "50"):
+        with pytest.raises(InputError, match="both must be finite numbers above 0"):
+            trajectory.times(rate=rate)
     with pytest.raises(InputError, match="instants"):
         trajectory.times(rate=1e9)
     gait = sample_gait()

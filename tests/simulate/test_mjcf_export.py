@@ -75,7 +75,7 @@ def test_the_start_stands_on_the_ground(gait, model):
 
 
 def test_what_gives_no_keyframes_is_refused(gait):
-    with pytest.raises(InputError, match="both must be above 0"):
+    with pytest.raises(InputError, match="both must be finite numbers above 0"):
         mjcf_text(gait, rate=-1.0)
     with pytest.raises(InputError, match="keyframes are too many"):
         mjcf_text(gait, rate=50_000.0)
