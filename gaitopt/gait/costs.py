@@ -917,6 +917,8 @@ class _Integral(CostFunction):
         return values[0] if len(values) == 1 else np.concatenate(values, axis=1)
 
     def _parts(self, step: Period) -> list[tuple[Quantity, slice]]:
+        if len(self.reads) == 1:
+            return [(self.reads[0], slice(None))]
         ends = np.cumsum([step.read(one).shape[1] for one in self.reads])
         return [
             (one, slice(end - step.read(one).shape[1], end))

@@ -146,6 +146,8 @@ def drive(chain: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> Array:
     return matrix
 
 
+_CARRIERS = [0, 0, 1]  # pelvis or swing sole, of which each of `Posture.points` is one
+
 FEET = len(GEOMETRY)
 """Place of further geometric quantities, the angles of feet that have turned about a line of their
 sole [rad]: of the rear foot, then of the front one, as far as they do."""
@@ -177,9 +179,16 @@ class Posture:
     loops: tuple[pin.SE3, ...] = ()
 
     @cached_property
-    def twists(self) -> tuple[Array, Array]:
-        """Twists of pelvis and swing sole per unit of each quantity, shape (6, G) each."""
-        return self.pelvis_axes.T @ self.drives[0], self.sole_axes.T @ self.drives[1]
+    def twists(self) -> Array:
+        """Twists of pelvis and swing sole per unit of each quantity, shape (2, 6, G)."""
+        on_pelvis, on_sole = self.drives
+        return np.array([self.pelvis_axes.T @ on_pelvis, self.sole_axes.T @ on_sole])
+
+    @cached_property
+    def moved(self) -> Array:
+        """Velocities of `points` per unit of each quantity, shape (3, 3, G)."""
+        twists = self.twists[_CARRIERS]
+        return np.asarray(twists[:, :3] - skew(self.points) @ twists[:, 3:])
 
     @cached_property
     def gaps(self) -> Array:
@@ -276,29 +285,21 @@ class DoubleSupport(ABC):
         Raises:
             EvaluationError: a geometric quantity is not finite.
         """
-        if not np.all(np.isfinite(geometry)):
+        if not np.isfinite(geometry).all():
             raise EvaluationError("a geometric quantity is not finite")
         return place(self.pelvis_chain, geometry), place(self.sole_chain, geometry)
 
     def legs(self, pelvis: pin.SE3, sole: pin.SE3) -> tuple[Array, Array]:
         """Return vectors from ankle to hip centres (2, 3); hips, then swing ankle, world (3, 3)."""
         hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
-        points = np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
-        return points[:2] - [self.robot.legs.ankles[0], points[2]], points
+        ankles = np.array([self.robot.legs.ankles[0], sole.act(self.robot.legs.ankles[1])])
+        return hips - ankles, np.concatenate([hips, ankles[1:]])
 
     def leg_jacobian(self, posture: Posture) -> Array:
         """Return the jacobian of the legs in the geometric quantities, shape (2, 3, G)."""
-        pelvis_twists, sole_twists = posture.twists
-        points = posture.points
-        found = _point_jacobian(points[:2], pelvis_twists)
-        found[1] -= _point_jacobian(points[2], sole_twists)
+        found = posture.moved[:2].copy()
+        found[1] -= posture.moved[2]
         return found
-
-    def _point_forces(self, posture: Posture, weights: Array) -> tuple[Array, Array]:
-        """Six-forces on pelvis and sole that the leg weights (2, 3) are worth."""
-        points = posture.points
-        pelvis = np.concatenate([weights.sum(axis=0), cross(points[:2], weights).sum(axis=0)])
-        return pelvis, np.concatenate([weights[1], cross(points[2], weights[1])])
 
     def target_hessian(
         self, posture: Posture, forces: tuple[Array, Array], leg_weights: Array
@@ -309,38 +310,17 @@ class DoubleSupport(ABC):
             forces: weights of the six-vectors of pelvis and swing sole.
             leg_weights: shape (2, 3).
         """
-        on_pelvis, on_sole = self._point_forces(posture, leg_weights)
+        of_points = np.array([*leg_weights, -leg_weights[1]])
+        on_points = np.concatenate([of_points, cross(posture.points, of_points)], axis=1)
         of_pelvis, of_sole = self.drives
-        H = of_pelvis.T @ chain_hessian(posture.pelvis_axes, forces[0] + on_pelvis)
-        H = H @ of_pelvis
-        sole = chain_hessian(posture.sole_axes, forces[1] - on_sole)
-        H += of_sole.T @ sole @ of_sole
-        return np.asarray(H + self._centripetal(posture, leg_weights))
-
-    def _centripetal(self, posture: Posture, weights: Array) -> Array:
-        """Second derivative of the leg vectors that a spatial acceleration does not carry.
-
-        A body point accelerates by (spatial acceleration at p) + w x (l + w x p).
-        """
-        points = posture.points
-        pelvis_twists, sole_twists = posture.twists
-        return (
-            _centripetal(points[0], pelvis_twists, weights[0])
-            + _centripetal(points[1], pelvis_twists, weights[1])
-            - _centripetal(points[2], sole_twists, weights[1])
-        )
-
-
-def _point_jacobian(point: Array, twists: Array) -> Array:
-    """Velocity of body points (..., 3) per unit of each twist (6, p), shape (..., 3, p)."""
-    return np.asarray(twists[:3] - skew(point) @ twists[3:])
-
-
-def _centripetal(point: Array, twists: Array, weight: Array) -> Array:
-    moved = _point_jacobian(point, twists)
-    turned = -skew(weight) @ moved  # weight . (w x m) = w . (m x weight)
-    matrix = twists[3:].T @ turned
-    return (matrix + matrix.T) / 2.0
+        pelvis = chain_hessian(posture.pelvis_axes, forces[0] + on_points[0] + on_points[1])
+        sole = chain_hessian(posture.sole_axes, forces[1] + on_points[2])
+        # A point of a body accelerates by its spatial acceleration there + w x (l + w x p), and
+        # weight . (w x v) = -w . (weight x v).
+        turned = skew(of_points) @ posture.moved
+        across = (posture.twists[_CARRIERS, 3:].swapaxes(1, 2) @ turned).sum(axis=0)
+        H = of_pelvis.T @ pelvis @ of_pelvis + of_sole.T @ sole @ of_sole
+        return np.asarray(H - (across + across.T) / 2.0)
 
 
 def refuse_undetermined(robot: Robot) -> None:

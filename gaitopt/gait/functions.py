@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
@@ -107,7 +108,7 @@ class Entries(QuantityFunction):
     count: int
     factor: float | Array = 1.0
 
-    @property
+    @cached_property
     def plain(self) -> bool:
         """Whether its rows are entries as they are."""
         return isinstance(self.factor, float) and self.factor == 1.0
@@ -118,7 +119,8 @@ class Entries(QuantityFunction):
         return self.plain and self.chosen.indices(self.count) == (0, self.count, 1)
 
     def value(self, quantity: Array) -> Array:
-        return np.asarray(quantity[:, self.chosen] * self.factor)
+        chosen = quantity[:, self.chosen]
+        return chosen if self.plain else np.asarray(chosen * self.factor)
 
     def jacobian(self, quantity: Array) -> Array:
         del quantity
@@ -349,7 +351,11 @@ class SquaredNorm(QuantityFunction):
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
         del quantity
-        return weights[:, :1, None] * np.diag(2.0 * self.weights)
+        return weights[:, :1, None] * self._bend
+
+    @cached_property
+    def _bend(self) -> Array:
+        return np.diag(2.0 * self.weights)
 
 
 @dataclass(frozen=True)

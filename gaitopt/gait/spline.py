@@ -17,6 +17,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.nlp import Array
 
 _VALUE_POWERS = np.array([0.0, -1.0, -2.0])  # of T, for q, dq, ddq per unit of a knot value
+_KEPT = 6  # maps: of two durations, as of a trial point and the one before it
 _RATE_POWERS = np.array([1.0, 0.0, -1.0])  # of T, for q, dq, ddq per unit of an end rate
 
 
@@ -44,13 +45,21 @@ class SplineBasis:
             order: 0, 1 or 2.
 
         Returns:
-            Shape (N, 3, n + 2).
+            Shape (N, 3, n + 2), read-only: it is kept, as the same is asked for several times.
         """
-        powers = self._powers
-        factor = np.ones_like(powers)
-        for k in range(order):
-            factor = factor * (powers - k)
-        return self.unit * (factor * duration ** (powers - order))
+        if (duration, order) not in self._maps:
+            if len(self._maps) == _KEPT:
+                self._maps.clear()
+            factor = duration ** (self._powers - order)
+            for k in range(order):
+                factor *= self._powers - k
+            self._maps[duration, order] = self.unit * factor
+            self._maps[duration, order].setflags(write=False)
+        return self._maps[duration, order]
+
+    @cached_property
+    def _maps(self) -> dict[tuple[float, int], Array]:
+        return {}
 
     @cached_property
     def _powers(self) -> Array:
@@ -191,7 +200,8 @@ def on_coefficients(basis: Basis, duration: float, weights: Array, order: int = 
         basis, duration, order: of the map from them, as of `SplineBasis.at`.
         weights: of (q, dq, ddq) of j joints.
     """
-    return np.asarray(np.tensordot(basis.at(duration, order), weights, ((0, 1), (0, 1))))
+    linear = basis.at(duration, order)
+    return np.asarray(linear.reshape(-1, linear.shape[2]).T @ weights.reshape(-1, weights.shape[2]))
 
 
 @dataclass(frozen=True)
@@ -214,7 +224,9 @@ class SplineInX:
 
     def motion(self) -> Array:
         """Return the derivatives of (q, dq, ddq) in x, shape (N, 3, j, P)."""
-        found = np.tensordot(self.basis.at(self.duration), self.jacobian, 1)
+        linear, (count, *sizes) = self.basis.at(self.duration), self.jacobian.shape
+        found = linear.reshape(-1, count) @ self.jacobian.reshape(count, -1)
+        found = found.reshape(-1, 3, *sizes)
         if self.lasts is not None:
             stretched = self.basis.at(self.duration, 1) @ self.coefficients
             for column in np.flatnonzero(self.lasts):

@@ -8,7 +8,6 @@ coefficients, which the weights reach through the impact and through the inverse
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +46,8 @@ class StepWeights:
     @classmethod
     def zero(cls, step: Period) -> StepWeights:
         """Return zero weights of a step; a pair without second ones has no entry there."""
-        return cls({one: np.zeros(step.read(one).shape) for one in quantities.ALL}, {})
+        values = step.values
+        return cls({one: np.zeros(values[one].shape) for one in quantities.ALL}, {})
 
     def add(
         self, reads: tuple[Quantity, ...], rows: Indices | slice, first: Array, second: Array | None
@@ -193,7 +193,7 @@ def _quadratic(second: Array, jacobian: Array) -> Array:
         return np.asarray(rooted.T @ rooted)
     bent, used = second.any(axis=(1, 2)), second.any(axis=(0, 1))
     if not (bent.all() and used.all()):  # as of a limit that is met at few instants
-        second, jacobian = second[np.ix_(bent, used, used)], jacobian[np.ix_(bent, used)]
+        second, jacobian = second[bent][:, used][:, :, used], jacobian[bent][:, used]
     return np.asarray(jacobian.reshape(-1, width).T @ (second @ jacobian).reshape(-1, width))
 
 
@@ -213,7 +213,7 @@ def cycle_hessian(
     """
     backs = cycle_adjoint(models, steps, derivatives, weights, repeats)
     each = zip(models, steps, derivatives, weights, backs, strict=True)
-    H = np.sum([_own_hessian(*one) for one in each], axis=0)
+    H = sum((_own_hessian(*one) for one in each), np.zeros(()))
     return np.asarray((H + H.T) / 2.0)
 
 
@@ -252,7 +252,7 @@ def _own_hessian(
         first[quantities.LEGS], first[quantities.GAPS],
     )  # fmt: skip
     columns = model.layout.boundary_columns
-    H[own, own] += boundary.T @ posture[np.ix_(columns, columns)] @ boundary
+    H[own, own] += boundary.T @ posture[columns][:, columns] @ boundary
     return H
 
 
@@ -335,7 +335,7 @@ def local_hessian(
     for what, reading in derivatives.optional.items():
         if first[what].any():
             qq += reading.hessian(first[what])
-    return replace(effort, qq=qq)
+    return InverseDynamicsHessian(qq, effort.qv, effort.vv, effort.qa, effort.base)
 
 
 def _impact_vjp(

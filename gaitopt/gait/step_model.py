@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -186,7 +185,7 @@ class StepModelBase(ABC):
         Raises:
             EvaluationError: a parameter is not finite, or a leg cannot reach.
         """
-        if not np.all(np.isfinite(x)):
+        if not np.isfinite(x).all():
             raise EvaluationError("a parameter is not finite")
         layout, z = self.layout, self.chart.of(x)
         geometry = layout.geometry_of(z)
@@ -522,8 +521,9 @@ class StepModel(StepModelBase):
             quantities.REAR_IMPULSE: of_flat[None],
         }
         angle = np.zeros(0) if landing_angle is None else landing_angle
-        return replace(
-            local, coefficients=coefficients, motion=motion, turns=turns, landing_angle=angle,
+        return StepDerivatives(
+            local.posture, local.impact, local.support, local.optional,
+            coefficients, motion, turns, angle,
             jacobians=Jacobians(reads, gap_products(local.optional, motion)),
         )  # fmt: skip
 
@@ -632,14 +632,14 @@ class StepModel(StepModelBase):
             return np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
         basis = _last(self.basis.at(step.duration).swapaxes(0, 2)).swapaxes(0, 2)
         (count, _, width), n = basis.shape, self.layout.joints
-        q, dq, _ = basis.swapaxes(0, 1)[:, :, :, None]
-        pairs = np.empty((count, 4, width, width))
-        np.multiply(q, basis[:, None, 0], out=pairs[:, 0])
-        np.multiply(2.0 * q, basis[:, None, 1], out=pairs[:, 1])  # and its transpose
-        np.multiply(dq, basis[:, None, 1], out=pairs[:, 2])
-        np.multiply(2.0 * q, basis[:, None, 2], out=pairs[:, 3])
-        by_pair = np.stack([local.qq, local.qv, local.vv, local.qa], axis=1)
-        table = pairs.reshape(-1, width**2).T @ by_pair.reshape(-1, n**2)
+        q, dq, ddq = basis.swapaxes(0, 1)
+        of_pairs = (  # the mixed ones with their transposes
+            (q, q, local.qq), (2.0 * q, dq, local.qv), (dq, dq, local.vv), (2.0 * q, ddq, local.qa)
+        )  # fmt: skip
+        table = np.zeros((width**2, n**2))
+        for left, right, bent in of_pairs:
+            pairs = (left[:, :, None] * right[:, None]).reshape(count, -1)
+            table += pairs.T @ bent.reshape(count, -1)
         table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
         coefficients = _last(derivatives.coefficients).reshape(width * n, -1)
         H = self._through(table, coefficients)

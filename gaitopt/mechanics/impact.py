@@ -554,22 +554,22 @@ class WeightedImpact:
         n, legs = self.tree.size, self.tree.legs
         axes, state = self.dynamics.axes[0, legs], self.state
         own = BASE + len(self.tangent.of.free)
-        _, landing, rest = np.split(self.adjoint, [own, own + BASE])  # linear in w
-        base, rates = np.split(self.dynamics.weights[0], [BASE])
-        moved, weighed = moved_axes(
+        landing = self.adjoint[own : own + BASE]
+        rest = len(self.adjoint) - own - BASE  # linear in w
+        base, rates = self.dynamics.weights[0, :BASE], self.dynamics.weights[0, BASE:]
+        both = moved_axes(
             axes,
-            np.stack([self.rate_after[legs], rates[legs]]),
-            np.stack([state.sole_twist, base]),
+            np.array([self.rate_after[legs], rates[legs]]),
+            np.array([state.sole_twist, base]),
         )
         impulse = self.foot.act(pin.Force(state.impulse)).vector
         push = self.foot.act(pin.Force(landing)).vector
-        qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE + len(rest)))
-        qq[legs, legs] = velocity_hessian(axes, moved, push)
-        qq[legs, legs] -= velocity_hessian(axes, weighed, impulse)
+        qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE + rest))
+        qq[legs, legs] = velocity_hessian(axes, both, np.array([push, -impulse])).sum(axis=0)
         by_rate, by_result[legs, :BASE] = velocity_rate_hessian(axes, push)
         by_result[legs, BASE : BASE + len(axes)] = by_rate
         in_sole = self.foot.toActionMatrixInverse()
-        by_result[legs, BASE + n : 2 * BASE + n] = -weighed @ in_sole.T
+        by_result[legs, BASE + n : 2 * BASE + n] = -both[1] @ in_sole.T
         return qq, by_result
 
 

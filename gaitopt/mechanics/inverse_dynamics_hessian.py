@@ -16,8 +16,6 @@ move no body in common: their mixed derivatives vanish (derivation: docs/derivat
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 
 from gaitopt.dataclass import dataclass
@@ -25,6 +23,7 @@ from gaitopt.mechanics.spatial import (
     cross_force_matrix,
     cross_motion,
     force_cross_matrix,
+    joined,
     motion_cross_matrix,
     symmetric,
 )
@@ -55,9 +54,14 @@ class WeightedDynamics:
 
     def followed_by(self, other: WeightedDynamics) -> WeightedDynamics:
         """Return the instants of both."""
-        names = [field.name for field in fields(self)]
-        pairs = ((getattr(self, name), getattr(other, name)) for name in names)
-        return WeightedDynamics(*map(np.concatenate, pairs))
+        return WeightedDynamics(
+            *(np.concatenate(pair) for pair in zip(self._tables, other._tables, strict=True))
+        )
+
+    @property
+    def _tables(self) -> tuple[Array, ...]:
+        motion = self.posture, self.rate, self.acceleration
+        return self.axes, *motion, self.base_acceleration, self.weights
 
 
 @dataclass(frozen=True)
@@ -136,9 +140,8 @@ class InverseDynamicsHessian:
 
     def at(self, instants: slice) -> InverseDynamicsHessian:
         """Return some of the instants."""
-        return InverseDynamicsHessian(
-            *(getattr(self, field.name)[instants] for field in fields(self))
-        )
+        tables = self.qq, self.qv, self.vv, self.qa, self.base
+        return InverseDynamicsHessian(*(table[instants] for table in tables))
 
 
 def inverse_dynamics_hessian(
@@ -292,7 +295,7 @@ def moved_axes(axes: Array, rate: Array, base: Array) -> Array:
         rate: joint rates [rad/s], shape (..., m).
         base: twist of the base, shape (..., 6).
     """
-    velocity = base[..., None, :] + np.cumsum(axes * rate[..., None], axis=-2)
+    velocity = base[..., None, :] + (axes * rate[..., None]).cumsum(axis=-2)
     return cross_motion(velocity, axes)  # to which joint k itself adds nothing
 
 
@@ -305,8 +308,11 @@ def velocity_hessian(axes: Array, moved: Array, force: Array) -> Array:
 
     Args:
         axes: S_j in order from the base, shape (m, 6).
-        moved: `moved_axes`, shape (m, 6).
-        force: weights of the velocity, in the world at the current posture, shape (6,).
+        moved: `moved_axes`, shape (..., m, 6).
+        force: weights of the velocity, in the world at the current posture, shape (..., 6).
+
+    Returns:
+        Shape (..., m, m).
     """
     # -(S_max x y) . force = y . (S_max x* force)
     return symmetric(moved @ cross_force_matrix(force) @ axes.T)
@@ -320,4 +326,4 @@ def velocity_rate_hessian(axes: Array, force: Array) -> tuple[Array, Array]:
     """
     # derivatives in q_k: force . (v_{k-1} x S_k) with v_{k-1} = base + sum_{i<k} S_i rate_i
     turned = axes @ cross_force_matrix(force).T  # force . (y x S_k) = (S_k x* force) . y
-    return np.tril(turned @ axes.T, -1), turned
+    return joined(np.zeros(1), turned @ axes.T), turned

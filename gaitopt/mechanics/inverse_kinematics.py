@@ -213,7 +213,7 @@ def closure_matrix(axes: Array) -> Array:
 
 def closure_jacobian(axes: Array, pelvis_twists: Array, sole_twists: Array) -> Array:
     """Return d q / d p, shape (m, p), from the twists of the targets, shape (6, p) each."""
-    return _solve(closure_matrix(axes), np.vstack([pelvis_twists, sole_twists]))
+    return _solve(closure_matrix(axes), np.concatenate([pelvis_twists, sole_twists]))
 
 
 def closure_forces(axes: Array, weights: Array) -> Array:

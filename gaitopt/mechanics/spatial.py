@@ -133,7 +133,7 @@ def world_inertias(pseudo: Array, frames: Array) -> Array:
 
 def joined(upper: Array, lower: Array) -> Array:
     """Return `upper` on and above the diagonal, `lower` below it, shape (..., n, n)."""
-    return np.where(_on_or_above(upper.shape[-1]), upper, lower)
+    return np.where(_on_or_above(lower.shape[-1]), upper, lower)
 
 
 def upright(gravity: Array) -> Array:
@@ -177,7 +177,8 @@ def solve(matrix: Array | PartialPivLU, rhs: Array) -> Array:
         rhs: shape (n,) or (n, m).
     """
     factors = matrix if isinstance(matrix, PartialPivLU) else PartialPivLU(matrix)
-    return np.asarray(factors.solve(rhs), dtype=np.float64).reshape(rhs.shape)
+    found: Array = factors.solve(rhs)
+    return found.reshape(rhs.shape)
 
 
 def quaternions(rotations: Array) -> Array:

@@ -112,8 +112,10 @@ class CoupledMotion:
     @cached_property
     def of_all(self) -> Array:
         """Angles, rates and accelerations of all joints, shape (3, N, n)."""
-        q, dq, ddq = self.free
         tangent = self.tangent
+        if tangent.of.none:
+            return self.free
+        q, dq, ddq = self.free
         found = np.stack([tangent.of.angles(q), tangent.rates(dq), tangent.rates(ddq)])
         if self.bends:
             found[2] += self.orders[2] * self._rate**2
