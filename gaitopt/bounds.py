@@ -67,6 +67,9 @@ SILENCE = 15.0
 NUMBER = 1e50
 """Size of any number, in SI units: sums of squares, products and quotients still have a value."""
 
+SIZE = 1e9
+"""Size of any number of a robot's file [kg, m, kg·m²]: a thousand times the largest machines, in mm
+and g."""
 ARMATURE = 1000.0
 """Inertia of the rotor of a joint seen from there [kg·m²; kg]: a leg of 10 kg and 1 m has 3 about
 its hip."""

@@ -23,7 +23,7 @@ from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.recorded import must_be_gait
 from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
-from gaitopt.importers.physics import DEGREE
+from gaitopt.importers.physics import MOST_POWER
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__
@@ -171,7 +171,7 @@ TIED = (
     Member("robot_tie", "float64", ("t", 2), "1, rad", "joint"),
 )
 """Further arrays, of a robot with joints that follow others."""
-_HIGHER = DEGREE - 1  # powers beyond the first
+_HIGHER = MOST_POWER - 1  # powers beyond the first
 BENT = (Member("robot_tie_bend", "float64", ("t", _HIGHER), "1/rad, 1/rad², 1/rad³", "joint"),)
 """Further array, of one with joints that follow others by a polynomial."""
 _TIED = tuple(member.name for member in TIED)

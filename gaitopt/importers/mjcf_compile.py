@@ -18,13 +18,21 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gaitopt.bounds import SIZE
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, MissingExtraError, RobotError
 from gaitopt.escape import printable
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.mjcf_robot import CompiledMesh, pose, se3, vector
 from gaitopt.importers.text_files import read_text
-from gaitopt.importers.xml_document import NamedElement, XmlTree, as_number, parse_xml, where
+from gaitopt.importers.xml_document import (
+    NamedElement,
+    XmlTree,
+    as_number,
+    as_numbers,
+    parse_xml,
+    where,
+)
 from gaitopt.nlp import Array
 
 EXTRA = "mujoco"
@@ -34,6 +42,11 @@ _OLDEST_MUJOCO = (3, 10)
 _MOST_COPIES = 10_000  # of an element: <replicate> and <composite> nest, and multiply
 _MOST_INCLUDE_LEVELS = 10  # levels of included files; more is a circle
 _MOST_RESERVED = 1e6  # of what <size> and <texture> reserve
+_VECTORS = {
+    "pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fromto", "size", "scale",
+    "refpos", "refquat", "anchor", "relpose",
+}  # fmt: skip
+"""Attributes that are places, directions, turns and sizes."""
 _COPYING_TAGS = ("replicate", "composite", "flexcomp")
 _STAND_IN_MESH = (
     ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
@@ -144,6 +157,7 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
         MissingExtraError: MuJoCo is not installed.
     """
     mujoco = load_mujoco()
+    check_magnitudes(tree)
     _check_copies(tree)
     with _listening(mujoco) as said:
         try:
@@ -337,6 +351,21 @@ def mesh_by_mujoco(path: Path) -> tuple[Array, Array] | None:
             return _corners(spec.compile(), 0)
         except (ValueError, RuntimeError, mujoco.FatalError):
             return None
+
+
+def check_magnitudes(tree: XmlTree) -> None:
+    """Refuse places, directions and sizes whose squares MuJoCo has no number for, or soon has none.
+
+    Raises:
+        RobotError: naming the element and its attribute.
+    """
+    for element in tree.root.iter():
+        for name in _VECTORS & element.attrib.keys():
+            if any(SIZE <= abs(value) < math.inf for value in as_numbers(element.attrib[name])):
+                text = printable(element.attrib[name])
+                raise NamedElement(tree, element).refusal(
+                    f"its {name} is '{text}'; give numbers below {SIZE:g}; correct it"
+                )
 
 
 def _check_copies(tree: XmlTree) -> None:

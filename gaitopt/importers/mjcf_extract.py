@@ -37,7 +37,7 @@ from gaitopt.importers.mjcf_robot import (
     se3,
     vector,
 )
-from gaitopt.importers.physics import Tie, fault_of_tie, resolved
+from gaitopt.importers.physics import Tie, fault_of_tie, ties_to_masters
 from gaitopt.importers.pinocchio_model import MOST_JOINTS
 from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.xml_document import FileProblem, XmlTree
@@ -486,7 +486,7 @@ class _Extraction:
             if fault:
                 others.append((equality, fault))
                 del ties[joint]
-        for joint, fault in resolved(ties)[1].items():
+        for joint, fault in ties_to_masters(ties)[1].items():
             others.append((told[joint], fault))
             del ties[joint]
         problems = []

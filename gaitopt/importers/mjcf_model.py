@@ -19,7 +19,12 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import LoadMesh, MeshPaths, MeshProblem
-from gaitopt.importers.mjcf_compile import compile_mjcf, mesh_by_mujoco, whole_mjcf
+from gaitopt.importers.mjcf_compile import (
+    check_magnitudes,
+    compile_mjcf,
+    mesh_by_mujoco,
+    whole_mjcf,
+)
 from gaitopt.importers.mjcf_extract import extract
 from gaitopt.importers.mjcf_robot import (
     NO_TURN,
@@ -41,7 +46,7 @@ from gaitopt.importers.physics import (
     Physics,
     PointMass,
     Tie,
-    resolved,
+    ties_to_masters,
 )
 from gaitopt.importers.pinocchio_model import joint_model, rigid_body
 from gaitopt.importers.report import Finding
@@ -239,7 +244,7 @@ class MjcfSource(Source):
 
     @cached_property
     def ties(self) -> Mapping[str, Tie]:
-        return resolved(self.compiled.followers)[0]
+        return ties_to_masters(self.compiled.followers)[0]
 
     @property
     def loops(self) -> tuple[LoopFrames, ...]:
@@ -319,6 +324,7 @@ def read_mjcf(tree: XmlTree, text: str, path: Path | None, dirs: tuple[str, ...]
         MissingExtraError: MuJoCo is not installed.
     """
     if is_normal(tree.root):
+        check_magnitudes(tree)
         try:
             return MjcfSource(text, path, dirs, (), tree, read_normal(tree.root))
         except NotNormalError:

@@ -22,7 +22,7 @@ from numpy.polynomial import Polynomial
 
 from gaitopt.bounds import ARMATURE
 from gaitopt.dataclass import dataclass
-from gaitopt.importers.physics import Tie, fault_of_tie, resolved
+from gaitopt.importers.physics import Tie, fault_of_tie, ties_to_masters
 from gaitopt.units import motion_words
 
 Vector = tuple[float, float, float]
@@ -34,12 +34,7 @@ GEOM_KINDS = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 """Of shapes."""
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
-_LARGEST_COORDINATE = 1e10  # m: beyond it MuJoCo calls a state bad, and squares soon have no value
 NOT_FINITE = "not all of its numbers are finite; correct them"
-_WRONG_PLACE = (
-    "the place or size of one of its geoms or sites is not finite, or beyond "
-    f"{_LARGEST_COORDINATE:g}; correct it"
-)
 
 
 @dataclass(frozen=True)
@@ -249,16 +244,11 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
         numbers += [*body.centre.pos, *body.centre.quat]
         if not np.isfinite(numbers).all():
             return "body", body.name, NOT_FINITE
-        if max(map(abs, (*body.place.pos, *body.centre.pos))) >= _LARGEST_COORDINATE:
-            return (
-                "body",
-                body.name,
-                f"its place or centre of mass is {_LARGEST_COORDINATE:g} m away or more; "
-                "correct it",
-            )
-        items: tuple[CompiledGeom | CompiledSite, ...] = (*body.geoms, *body.sites)
-        if not all(_sound(item) for item in items):
-            return "body", body.name, _WRONG_PLACE
+        shapes = [[*geom.rgba, *(() if geom.mesh else geom.size)] for geom in body.geoms]
+        shapes += [[*item.place.pos, *item.place.quat] for item in (*body.geoms, *body.sites)]
+        if not all(np.isfinite(numbers).all() for numbers in shapes):
+            what = "the place or size of one of its geoms or sites is not finite; correct it"
+            return "body", body.name, what
         for joint in body.joints:
             fault = _joint_fault(joint)
             if fault:
@@ -268,23 +258,11 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
     return "", "", ""
 
 
-def _sound(item: CompiledGeom | CompiledSite) -> bool:
-    """Whether all numbers of a shape or frame are numbers of a place and a size."""
-    numbers = [*item.place.pos, *item.place.quat]
-    if isinstance(item, CompiledGeom):
-        numbers += [*item.rgba, *(() if item.mesh else item.size)]
-    return bool((np.abs(numbers) < _LARGEST_COORDINATE).all())
-
-
 def _joint_fault(joint: CompiledJoint) -> str:
     numbers = [*joint.pos, *joint.axis, joint.ref, joint.armature, joint.friction, joint.rest]
     numbers += [*joint.damping, *joint.stiffness]
     if not np.isfinite(numbers).all() or any(map(math.isnan, (joint.least, joint.most))):
         return NOT_FINITE
-    if joint.kind != "ball" and not any(joint.axis):  # MuJoCo loses one whose square is infinite
-        return "its axis has no direction in MuJoCo; give it a length of 1"
-    if max(map(abs, joint.pos)) >= _LARGEST_COORDINATE:
-        return f"its anchor is {_LARGEST_COORDINATE:g} m away or more; correct it"
     if not joint.lower < joint.upper or math.inf in (joint.lower, -joint.upper):
         unit = motion_words("rad", slides=joint.kind == "slide")
         return (
@@ -601,7 +579,9 @@ def _ties_hold(robot: CompiledRobot) -> bool:
     hinges = [joint.name for joint in robot.joints if joint.kind == "hinge"]
     ties = {tie.joint: tie for tie in robot.ties}
     alone = len(ties) == len(robot.ties) and {*ties} <= {*hinges}
-    return alone and not (any(fault_of_tie(t, hinges) for t in ties.values()) or resolved(ties)[1])
+    return alone and not (
+        any(fault_of_tie(t, hinges) for t in ties.values()) or ties_to_masters(ties)[1]
+    )
 
 
 def _write_body(parent: Element, body: CompiledBody) -> Element:

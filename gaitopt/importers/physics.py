@@ -123,11 +123,11 @@ def is_generated(text: str) -> bool:
 
 TieRole = Literal["leads", "follows"]
 
-LARGEST = 1e3
+MOST_COEFFICIENT = 1e3
 """Of a multiplier, and of an offset [rad or m]: gears between joints are near 1."""
-LEAST = 1e-6
+LEAST_MULTIPLIER = 1e-6
 """Of a multiplier: a joint that follows with less stands still."""
-DEGREE = 4
+MOST_POWER = 4
 """Largest power of a tie: that of MuJoCo's `polycoef`."""
 
 
@@ -198,20 +198,18 @@ def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
     """Return what is wrong with a tie taken by itself, empty if nothing is."""
     if not all(map(math.isfinite, tie.coefficients)):
         return "its multiplier and offset must be finite numbers; correct them"
-    if any(abs(c) > LARGEST for c in tie.bend):
-        largest = max(tie.bend, key=abs)
+    most = f"{MOST_COEFFICIENT:g}"
+    if abs(largest := max(tie.bend, key=abs, default=0.0)) > MOST_COEFFICIENT:
+        return f"a coefficient is {largest:g}; allowed are {most} to either side of 0; correct it"
+    if not tie.bend and not LEAST_MULTIPLIER <= abs(tie.multiplier) <= MOST_COEFFICIENT:
         return (
-            f"a coefficient is {largest:g}; allowed are {LARGEST:g} to either side of 0; correct it"
+            f"its multiplier is {tie.multiplier:g}; allowed are {LEAST_MULTIPLIER:g} to {most} to "
+            "either side of 0; correct it"
         )
-    if not tie.bend and not LEAST <= abs(tie.multiplier) <= LARGEST:
-        return (
-            f"its multiplier is {tie.multiplier:g}; allowed are {LEAST:g} to {LARGEST:g} to either "
-            "side of 0; correct it"
-        )
-    if abs(tie.multiplier) > LARGEST:
-        return f"its multiplier is {tie.multiplier:g}; allowed are {LARGEST:g}; correct it"
-    if abs(tie.offset) > LARGEST:
-        return f"its offset is {tie.offset:g} rad; allowed are {LARGEST:g}; correct it"
+    if abs(tie.multiplier) > MOST_COEFFICIENT:
+        return f"its multiplier is {tie.multiplier:g}; allowed are {most}; correct it"
+    if abs(tie.offset) > MOST_COEFFICIENT:
+        return f"its offset is {tie.offset:g} rad; allowed are {most}; correct it"
     if tie.master == tie.joint:
         return "it follows itself; name the joint that it follows"
     if tie.master not in set(joints):
@@ -219,7 +217,7 @@ def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
     return ""
 
 
-def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
+def ties_to_masters(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
     """Return the ties of joints to those that follow no other, by the joint that follows.
 
     And by joint what is wrong with those of a circle, or that lead into one.
@@ -228,7 +226,7 @@ def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
     for name, tie in ties.items():
         seen = [name]
         # A long line of polynomials would soon have more powers than memory has numbers.
-        while tie.master in ties and tie.master not in seen and len(tie.bend) < DEGREE:
+        while tie.master in ties and tie.master not in seen and len(tie.bend) < MOST_POWER:
             seen.append(tie.master)
             tie = tie.after(ties[tie.master])
         if tie.master in seen:
@@ -236,13 +234,13 @@ def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
             faults[name] = (
                 f"joints follow each other in a circle: {circle}; let one of them be free"
             )
-        elif len(tie.bend) > DEGREE - 1:
+        elif len(tie.bend) > MOST_POWER - 1:
             faults[name] = (
                 f"it follows '{tie.master}' through others with power {len(tie.bend) + 1}; allowed "
-                f"is {DEGREE}"
+                f"is {MOST_POWER}"
             )
-        elif max(map(abs, tie.coefficients)) > LARGEST or not (
-            tie.bend or abs(tie.multiplier) >= LEAST
+        elif max(map(abs, tie.coefficients)) > MOST_COEFFICIENT or not (
+            tie.bend or abs(tie.multiplier) >= LEAST_MULTIPLIER
         ):
             faults[name] = f"it follows '{tie.master}' with {tie.multiplier:g}, through others"
         else:
@@ -250,7 +248,7 @@ def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
     return found, faults
 
 
-def among(ties: Mapping[str, Tie], names: Collection[str]) -> dict[str, Tie]:
+def ties_among(ties: Mapping[str, Tie], names: Collection[str]) -> dict[str, Tie]:
     """Return the ties of joints that move with one that moves."""
     return {name: tie for name, tie in ties.items() if name in names and tie.master in names}
 

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import SIZE
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import fault_error
 from gaitopt.importers.xml_document import FileProblem
@@ -21,7 +22,6 @@ _JOINT_MARK, _LINK_MARK = " (joint)", " (link)"
 _AXIS_ROUNDING = 1e-15  # of an axis: cos(pi/2) = 6e-17 as programs write it
 MOST_JOINTS = 300
 """Joints that move: Pinocchio's workspaces grow with their cube, 0.2 GB a piece for so many."""
-_LARGEST_SI_NUMBER = 1e9  # kg, m, kg·m²: a thousand times the largest machines, in mm and g
 _MASSLESS_SHARE = 1e-12  # of the largest inertia that a joint moves: what rounding leaves of none
 _MOMENT_ROUNDING = 1e-6  # relative: what the digits of a drawing leave of a flat plate or rod
 _POINT_MASS_GYRATION = 1e-9  # m²: below this times its mass, an inertia is rounding
@@ -145,10 +145,10 @@ def refuse_unsound(model: pin.Model, problems: Iterable[FileProblem]) -> None:
         inertia = model.inertias[joint]
         body = "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
         moment = float(np.abs(inertia.inertia).max())
-        if not max(inertia.mass, moment, *np.abs(inertia.lever)) < _LARGEST_SI_NUMBER:
+        if not max(inertia.mass, moment, *np.abs(inertia.lever)) < SIZE:
             faults.append(
                 f"{body}: its mass is {inertia.mass:.4g} kg, its largest moment {moment:.4g} "
-                f"kg·m²; numbers from {_LARGEST_SI_NUMBER:g} on describe no robot; correct the "
+                f"kg·m²; numbers from {SIZE:g} on describe no robot; correct the "
                 "masses (kg), inertias (kg·m²) and lengths (m) of the file"
             )
         elif fault := inertia_fault(float(inertia.mass), np.array(inertia.inertia)):

@@ -60,11 +60,13 @@ def as_before(findings: Iterable[Finding], before: Iterable[Finding]) -> tuple[F
         before: of the first one.
     """
     again, known = list(findings), list(before)
-    guesses = {_fact(one) for one in known if one.how in ("found", "guessed")}
+    # of a sole that is given, where it lies is found
+    found = (one for one in known if one.how in ("found", "guessed") or one.topic == "sole")
+    guesses = {_fact(one) for one in found}
     for one in [one for one in again if one.how == "given" and _fact(one) in guesses]:
         told = (f for f in known if (f.topic, f.subject) == (one.topic, one.subject))
         place = again.index(one)
-        again[place : place + 1] = [f for f in told if f not in again]
+        again[place : place + 1] = [f for f in told if f == one or f not in again]
     return tuple(again)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
-from gaitopt.importers.physics import Tie, fault_of_tie, resolved
+from gaitopt.importers.physics import Tie, fault_of_tie, ties_to_masters
 from gaitopt.importers.pinocchio_model import MOST_JOINTS, inertia_fault
 from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
 from gaitopt.importers.urdf_document import (
@@ -154,7 +154,7 @@ def _read_ties(robot: Description) -> tuple[dict[str, Tie], list[FileProblem]]:
             faults[name] = fault
         else:
             ties[name] = tie
-    ties, circles = resolved(ties)
+    ties, circles = ties_to_masters(ties)
     problems = []
     for name, joint in robot.joints.items():
         if (mimic := joint.entry.element.find("mimic")) is None:

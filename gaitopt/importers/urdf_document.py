@@ -338,7 +338,7 @@ def _soft(joint: NamedElement, safety: Element | None, kind: str) -> tuple[float
         if attribute not in safety.attrib:  # 0 by the format if only the other one is given
             return 0.0
         name = f"the {attribute} of its safety_controller"
-        return joint.number(safety, attribute, name, limit_unit(kind, "lower"))
+        return joint.number(safety, attribute, name, limit_unit(kind, "lower"), math.inf)
 
     return end("soft_lower_limit"), end("soft_upper_limit")
 

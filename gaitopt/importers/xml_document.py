@@ -9,6 +9,7 @@ from dataclasses import field
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
+from gaitopt.bounds import SIZE
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.escape import printable
@@ -158,19 +159,21 @@ class NamedElement:
         """Return the error that says the same, to be raised."""
         return RobotError(str(self.problem("", text, child)))
 
-    def number(self, child: Element | None, attribute: str, name: str, unit: str) -> float:
-        """Return the finite number in an attribute of a child element.
+    def number(
+        self, child: Element | None, attribute: str, name: str, unit: str, most: float = SIZE
+    ) -> float:
+        """Return the number in an attribute of a child element, of a size below `most`.
 
         Raises:
-            RobotError: the attribute is absent or not a finite number.
+            RobotError: the attribute is absent or no such number.
         """
         text = None if child is None else child.get(attribute)
         if text is None:
             raise self.refusal(f"no {name} is given; add it [{unit}]", child)
         value = as_number(text)
-        if not math.isfinite(value):
+        if not abs(value) < most:
             raise self.refusal(
-                f"{name} is '{printable(text)}'; it must be a finite number [{unit}]"
+                f"{name} is '{printable(text)}'; it must be a finite number{_below(value)} [{unit}]"
                 f"{number_hint(text)}; correct it",
                 child,
             )
@@ -179,17 +182,17 @@ class NamedElement:
     def numbers(
         self, child: Element | None, attribute: str, name: str, count: int, default: str = ""
     ) -> tuple[float, ...]:
-        """Return the finite numbers in an attribute, those of `default` if it is absent.
+        """Return the numbers in an attribute, those of `default` if it is absent.
 
         Raises:
-            RobotError: there are more or fewer, or one is not a finite number.
+            RobotError: there are more or fewer, or one is not finite or too large.
         """
         text = default if child is None else child.get(attribute, default)
         values = as_numbers(text)
-        if len(values) != count or not all(map(math.isfinite, values)):
+        if len(values) != count or not all(abs(value) < SIZE for value in values):
             raise self.refusal(
                 f"{name} is '{printable(text)}'; it must be {_NUMBER_WORDS[count]} finite numbers"
-                f"{number_hint(text)}; correct it",
+                f"{_below(*values)}{number_hint(text)}; correct it",
                 child,
             )
         return values
@@ -204,6 +207,11 @@ class NamedElement:
         """
         x, y, z = self.numbers(child, attribute, name, 3, default)
         return x, y, z
+
+
+def _below(*values: float) -> str:
+    """Return the bound of numbers, where finite ones are beyond it."""
+    return f" below {SIZE:g}" if any(SIZE <= abs(value) < math.inf for value in values) else ""
 
 
 def as_number(text: str) -> float:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import LEAST, Tie, real_roots
+from gaitopt.importers.physics import LEAST_MULTIPLIER, Tie, real_roots
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.nlp import Array
 
@@ -429,7 +429,7 @@ class Coupling:
         slope, inside = f.deriv(), [z for z in real_roots(f.deriv(2)) if low < z < high]
         sizes = [abs(float(slope(z))) for z in (low, high, *inside)]
         turns = [z for z in real_roots(slope) if low < z < high]
-        if turns or min(sizes) < LEAST:
+        if turns or min(sizes) < LEAST_MULTIPLIER:
             at = turns[0] if turns else min((low, high), key=lambda z: abs(slope(z)))
             master = self.free_names[int(self.motor[row])]
             raise RobotError(

@@ -15,7 +15,15 @@ import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import LOOPS, TIES, LoopFrames, Physics, Tie, among, is_generated
+from gaitopt.importers.physics import (
+    LOOPS,
+    TIES,
+    LoopFrames,
+    Physics,
+    Tie,
+    is_generated,
+    ties_among,
+)
 from gaitopt.importers.report import Finding, How, fault_error, faults_of
 from gaitopt.importers.source import Source
 from gaitopt.importers.urdf_check import locked_mimics
@@ -355,7 +363,7 @@ def _moving_ties(
     Raises:
         RobotError: one of these moves.
     """
-    found = among(ties, names)
+    found = ties_among(ties, names)
     if wrong := [apart[name] for name in found if name in apart]:
         raise RobotError(f"posture: {'; '.join(wrong)}; leave the joints that follow out of it")
     findings = [Finding("ties", n, f"{tie}; one motor turns both") for n, tie in found.items()]

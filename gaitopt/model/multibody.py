@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import NUMBER
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import DEGREE, LARGEST, LEAST
+from gaitopt.importers.physics import LEAST_MULTIPLIER, MOST_COEFFICIENT, MOST_POWER
 from gaitopt.importers.pinocchio_model import joint_coordinate, joint_motions, reduced, rigid_body
 from gaitopt.model.chain import RootedChain
 from gaitopt.model.chain_physics import CarriedWeight, PassiveJoints
@@ -102,7 +102,7 @@ class Multibody:
     tied: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     tied_to: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     tie: Array = field(default_factory=lambda: np.zeros((0, 2)))
-    tie_bend: Array = field(default_factory=lambda: np.zeros((0, DEGREE - 1)))
+    tie_bend: Array = field(default_factory=lambda: np.zeros((0, MOST_POWER - 1)))
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -314,7 +314,7 @@ def multibody(
         tied=driven[tied],
         tied_to=moving[coupling.motor[tied]],
         tie=coupling.coefficients[tied, 1::-1],
-        tie_bend=np.pad(bends, ((0, 0), (0, DEGREE - 1 - bends.shape[1]))),
+        tie_bend=np.pad(bends, ((0, 0), (0, MOST_POWER - 1 - bends.shape[1]))),
         mass=np.array([body.mass for body in bodies]),
         centre=np.array([body.lever if body.mass else np.zeros(3) for body in bodies]),
         inertia=np.array([body.inertia for body in bodies]),
@@ -383,8 +383,8 @@ def checked_multibody(body: Multibody) -> Multibody:
     refuse(
         "the rate of a tied joint is not a usual part of the other's",
         ~(
-            (np.abs(np.hstack([body.tie, body.tie_bend])) <= LARGEST).all(axis=1)
-            & (body.tie_bend.any(axis=1) | (np.abs(body.tie[:, 0]) >= LEAST))
+            (np.abs(np.hstack([body.tie, body.tie_bend])) <= MOST_COEFFICIENT).all(axis=1)
+            & (body.tie_bend.any(axis=1) | (np.abs(body.tie[:, 0]) >= LEAST_MULTIPLIER))
         ),
     )
     length = np.linalg.norm(body.axis, axis=1)

@@ -97,7 +97,7 @@ def test_sweeps_and_libraries_say_it(cli, tmp_path):
 
 
 @needs_example_robots
-@pytest.mark.parametrize("name", ["g1", "human", "icub", "romeo"])
+@pytest.mark.parametrize("name", ["g1", "human", "icub", "romeo", "simple_humanoid"])
 def test_what_was_guessed_is_not_given_when_a_robot_is_read_again(name):
     """Sweeps, motors and gait files read it with every choice made explicit."""
     robot = robot_by_name(name)

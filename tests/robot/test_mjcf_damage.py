@@ -77,6 +77,7 @@ def all_inertias(root):
 
 SHIN_SAYS, KNEE_SAYS = f"body '{SHIN}': ", f"joint '{KNEE}': "
 MUJOCO, NO_NUMBER = "MuJoCo refuses it: ", "; it must be finite; correct it"
+LARGE = r"; give numbers below 1e\+09; correct it"
 MASS, FEW = "mass and inertia of moving bodies must be larger", "does not have enough data"
 LEGS = "a leg: every leg joint has its own motor; remove that <{}>; gaitopt needs two legs of four"
 DAMAGE = {
@@ -114,7 +115,17 @@ DAMAGE = {
     "size is zero": (geom(size="0.1 0 0.1"), "0.1 0 0.1", f"{MUJOCO}size 1 must be positive"),
     "size is nan": (geom(size="nan 1 1"), "nan", f"<geom>: its size is 'nan 1 1'{NO_NUMBER}"),
     "place is infinite": (geom(pos="-inf 0 0"), "ankle_roll", "geoms or sites is not finite"),
-    "place is too far": (geom(pos="0 1e200 0"), "ankle_roll", "finite, or beyond 1e.10; correct"),
+    "place is too far": (geom(pos="0 1e200 0"), "1e200", f"<geom>: its pos is '0 1e200 0'{LARGE}"),
+    "turned by a large number": (
+        body(quat="0 1e200 0 0"), "1e200", f"{SHIN_SAYS}its quat is '0 1e200 0 0'{LARGE}"
+    ),
+    "axis of the root is too long": (
+        together(
+            lambda root: setattr(root.find(".//freejoint"), "tag", "joint"),
+            at(".//body/joint", type="slide", axis="1e200 0 0"),
+        ),
+        "1e200", f"joint 'floating': its axis is '1e200 0 0'{LARGE}",
+    ),
     "size is negative": (geom(size="1 -1 1"), "-1", f"{MUJOCO}size 1 must be positive in geom"),
     "range is text": (joint(range="a 1"), "a 1", f"{KNEE_SAYS}{MUJOCO}bad format in .*'range'"),
     "range is half a number": (joint(range="0 2_6"), "2_6", f"{KNEE_SAYS}{MUJOCO}bad format in"),
@@ -157,7 +168,9 @@ DAMAGE = {
     "motor range of one": (motor(ctrlrange="9"), "9", f"{KNEE}_motor.*'ctrlrange' {FEW}"),
     "gear is text": (motor(gear="big"), "big", f"motor '{KNEE}_motor': {MUJOCO}bad format in"),
     "motor of no joint": (motor(joint="knee"), '"knee"', "unknown transmission target 'knee'"),
-    "axis is too long": (joint(axis="1e300 1 0"), "1e300", f"{KNEE_SAYS}its axis has no direction"),
+    "axis is too long": (
+        joint(axis="1e300 1 0"), "1e300", f"{KNEE_SAYS}its axis is '1e300 1 0'{LARGE}"
+    ),
     "axis is nan": (joint(axis="nan 0 1"), "nan", f"{KNEE_SAYS}its axis is 'nan 0 1'{NO_NUMBER}"),
     "axis is zero": (joint(axis="0 0 0"), "0 0 0", f"{KNEE_SAYS}{MUJOCO}axis too small in joint"),
     "joint at nan": (joint(pos="0 0 nan"), "nan", f"{KNEE_SAYS}its pos is '0 0 nan'{NO_NUMBER}"),

@@ -12,7 +12,7 @@ from tied_bipeds import bent, equality, mimic, nao_like, plain_mjcf, read, tied
 from urdf_edits import edited_urdf, joint, link, set_limit
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import Tie, resolved, tied_to
+from gaitopt.importers.physics import Tie, tied_to, ties_to_masters
 from gaitopt.importers.reader import read_source
 from gaitopt.model.coupling import couple
 from gaitopt.model.import_options import SIDES, ImportOptions, Payload
@@ -70,7 +70,7 @@ def test_limits_are_those_of_the_joint_that_is_followed():
 
 def test_a_tie_through_others_is_that_to_the_first():
     ties = {"a": Tie("a", "b", 2.0, 0.1), "b": Tie("b", "c", -3.0, 0.2)}
-    found, faults = resolved(ties)
+    found, faults = ties_to_masters(ties)
     assert faults == {}
     assert found["a"] == Tie("a", "c", -6.0, pytest.approx(0.5))
     assert tied_to(found, ["b"]) == {"c": "leads", "a": "follows"}
@@ -444,14 +444,14 @@ def test_bends_of_both_legs_are_mirror_images():
 
 def test_a_bend_through_others_has_at_most_the_fourth_power():
     square = Tie.of("a", "b", (0.0, 1.0, 0.5))
-    found, faults = resolved({"a": square, "b": Tie.of("b", "c", (0.1, 1.0, 0.2))})
+    found, faults = ties_to_masters({"a": square, "b": Tie.of("b", "c", (0.1, 1.0, 0.2))})
     assert faults == {}
     inner = 0.1 + 0.3 + 0.2 * 0.3**2
     assert found["a"].at(0.3) == pytest.approx(inner + 0.5 * inner**2)
     cubic = Tie.of("b", "c", (0.0, 1.0, 0.0, 0.2))
-    assert "with power 6; allowed is 4" in resolved({"a": square, "b": cubic})[1]["a"]
+    assert "with power 6; allowed is 4" in ties_to_masters({"a": square, "b": cubic})[1]["a"]
     line = {f"j{k}": Tie.of(f"j{k}", f"j{k + 1}", (0.0, 1.0, 0.5)) for k in range(30)}
-    assert len(resolved(line)[1]) == 28  # and no number of powers that grows without end
+    assert len(ties_to_masters(line)[1]) == 28  # and no number of powers that grows without end
 
 
 def test_the_normal_form_keeps_bends():

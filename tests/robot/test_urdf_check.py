@@ -244,14 +244,29 @@ def test_a_link_without_mass_between_others_is_let_be(robot):
     assert 0.0 < light.mass < robot.mass - 0.1
 
 
-@pytest.mark.parametrize(("attribute", "value"), [("value", "1e300"), ("ixx", "1e300")])
-def test_numbers_of_no_robot_are_refused(attribute, value, capfd):
+@pytest.mark.parametrize(
+    ("attribute", "value", "name"),
+    [
+        ("value", "1e300", r"mass is '1e300'"),
+        ("ixx", "-1e9", r"ixx is '-1e9'"),
+        ("xyz", "0 1e200 0", r"xyz of its .* is '0 1e200 0'"),
+        ("rpy", "1e300 0 0", r"rpy of its .* is '1e300 0 0'"),
+    ],
+)
+def test_numbers_of_no_robot_are_refused(attribute, value, name, capfd):
     text = re.sub(rf'\b{attribute}="[^"]*"', f'{attribute}="{value}"', urdf_text(biped13()))
-    with pytest.raises(
-        RobotError, match=r"the trunk: its mass is .* on describe no robot; correct"
-    ):
+    with pytest.raises(RobotError, match=rf"line \d+: .*{name}; it must be .* below 1e\+09"):
         Robot.from_urdf(text)
     assert capfd.readouterr().err == ""
+
+
+def test_a_shape_of_no_size_is_left_out_in_words(robot):
+    text = re.sub('<sphere radius="[^"]*"', '<sphere radius="1e200"', urdf_text(biped13()), count=1)
+    odd = Robot.from_urdf(text)
+    (told,) = (f.text for f in odd.findings if "1e200" in f.text)
+    assert "must be a finite number below 1e+09 [m]" in told
+    assert told.endswith(": it is left out")
+    assert odd.mass == robot.mass
 
 
 def test_a_chain_of_too_many_joints_is_refused():
