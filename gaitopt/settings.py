@@ -240,7 +240,8 @@ def check_choices(one: Any) -> None:
         names = entry.metadata.get(KEY, {}).get("choices", ())
         if isinstance(names, tuple) and names and (value := getattr(one, entry.name)) not in names:
             known = (" or " if len(names) == 2 else ", ").join(names)
-            raise InputError(f"{entry.name} {shown(value)} is unknown; choose {known}")
+            hint = did_you_mean(value, names)
+            raise InputError(f"{entry.name} {shown(value)} is unknown; {hint}choose {known}")
 
 
 def _type_name(annotation: object) -> str:

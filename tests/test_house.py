@@ -172,6 +172,8 @@ def test_the_help_of_every_option_is_a_sentence():
     for one in settings:
         assert len(one.help.split()) >= 4, (one.name, one.help)
         assert one.help.endswith("."), (one.name, one.help)
+        # the help says a default by itself
+        assert one.default in (None, ()) or "by default" not in one.help.lower(), one.name
 
 
 def raised(node):

@@ -54,7 +54,8 @@ def menagerie_robot(name: str) -> tuple[str, str]:
     files = {point.name: point.file for point in robot.entry_points}
     if entry and entry not in files:
         raise InputError(
-            f"'{wanted}' of {PACKAGE} has no file '{entry}'; it has {', '.join(files)}"
+            f"'{wanted}' of {PACKAGE} has no file '{entry}'; {did_you_mean(entry, files)}it has "
+            f"{', '.join(files)}"
         )
     return str(robot.display_name), f"{wanted}/{files[entry or robot.default_model]}"
 

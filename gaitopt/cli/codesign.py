@@ -50,7 +50,7 @@ from gaitopt.design.codesign import (
     with_proportions,
 )
 from gaitopt.design.process import small_matrices
-from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean
+from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean, there_are
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task, task_record
@@ -248,8 +248,8 @@ def _variable(text: str, spec: BipedSpec | Robot, motors: MotorTable | None) -> 
     if own is None:
         of = " of a robot of a file" if isinstance(spec, Robot) else ""
         raise InputError(
-            f"--vary {text[:80]}: '{known}'{of} cannot be chosen; there are "
-            f"{', '.join(own_values(spec))}"
+            f"--vary {text[:80]}: '{known}'{of} cannot be chosen; "
+            f"{there_are(own_values(spec), known)}"
         )
     return Variable(known, lower, upper, start[0] if start else float(np.clip(own, lower, upper)))
 

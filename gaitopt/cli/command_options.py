@@ -117,7 +117,7 @@ class SensitivityOptions:
 
     gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
     plugin: Path | None = entry(None, _PLUGIN)
-    most: int | None = entry(None, "How many lines to show; by default 20.", metavar="N")
+    most: int = entry(20, "How many lines to show.", metavar="N")
     output: Path | None = entry(None, "Write all of them: .csv.", **_OUTPUT, metavar="FILE")
 
 
@@ -138,10 +138,9 @@ class SizeOptions:
         choices=("mass", "loss"),
         metavar="WHAT",
     )
-    reserve: float | None = entry(
-        None, "Of torque, heat and voltage, over what the gaits ask; by default 1.1.",
-        metavar="FACTOR",
-    )  # fmt: skip
+    reserve: float = entry(
+        1.1, "Of torque, heat and voltage, over what the gaits ask.", metavar="FACTOR"
+    )
 
 
 @dataclass(frozen=True)

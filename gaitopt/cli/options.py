@@ -35,12 +35,10 @@ def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
 
     Args:
         panel: heading over it in the help.
-        own: whether it is one of the command's own, which have defaults; others are None or empty
-            where they are not given, so that a file may say something else.
+        own: whether it is one of the command's own, of which flags have their defaults; others are
+            None or empty where they are not given, so that a file may say something else.
     """
     said = f"{setting.help}{' Repeatable.' if setting.repeatable and not setting.argument else ''}"
-    if own and setting.kind != FLAG and setting.default not in (None, ()):
-        said += f" By default {setting.default}."
     how: dict[str, Any] = {
         "help": said,
         "metavar": _metavar(setting),
@@ -147,11 +145,12 @@ def _complete(name: str, kind: type, work: str, panels: Panels | None) -> Any:
     parameters = [_parameter(one, panel, own=False) for one, panel in taken]
     parameters += [_parameter(one, "", own=True) for one in own]
     parameters += [] if panels is None else [_HELP_ALL]
+    known = {**settings, **{one.name: one for one in own}}
 
     def call(**values: Any) -> None:
         with errors_reported():
             given = {n: v for n, v in values.items() if v not in (None, [], ())}
-            _keep_inputs([*settings.values(), *own], given)
+            _keep_inputs(known.values(), given)
             before = () if panels is None else (_read(settings.values(), given),)
             run = resolve_name(f"gaitopt.cli.{work or f'{name}:run'}")
             run(*before, kind(**_read(own, given)))
@@ -165,8 +164,7 @@ def _complete(name: str, kind: type, work: str, panels: Panels | None) -> Any:
     how = PlainCommand if panels is None else HelpfulCommand
     alone.command(name, cls=how, context_settings=CONTEXT)(call)
     command: Any = typer.main.get_command(alone)
-    command.settings = settings
-    known = {**settings, **{one.name: one for one in own}}
+    command.settings, command.known = settings, known
     for option in command.params:
         if option.name in known:
             option.process_value = partial(_value_of, option, _reader(known[option.name]))
@@ -271,7 +269,27 @@ _NAMED_BY = {
 
 
 class PlainCommand(_QuickHelp, TyperCommand):
-    """A command with options of its own alone."""
+    """A command with options of its own alone.
+
+    Attributes:
+        known: settings that its options stand for, by name.
+    """
+
+    known: Mapping[str, Setting]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Show the help of a copy of the command that says the defaults."""
+        command = copy(self)
+        command.params = [self._defaulted(one) for one in self.params]
+        super(PlainCommand, command).format_help(ctx, formatter)
+
+    def _defaulted(self, option: Any) -> Any:
+        setting = self.known.get(option.name)
+        if setting is None or setting.kind == FLAG or setting.default in (None, (), {}):
+            return option
+        changed = copy(option)
+        changed.default, changed.show_default = setting.default, True
+        return changed
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the words, and name the option of a robot, or of a file, that was left out."""
@@ -298,7 +316,7 @@ class HelpfulCommand(PlainCommand):
     `--help` shows the usual ones, `--help-all` every one.
 
     Attributes:
-        settings: that its options stand for, by name.
+        settings: of the configuration among them, by name.
     """
 
     settings: Mapping[str, Setting]
@@ -321,7 +339,7 @@ class HelpfulCommand(PlainCommand):
             return option
         changed = copy(option)
         changed.hidden = not (every or setting.common)
-        if setting.default not in (None, (), {}):
+        if setting.kind == FLAG and setting.default is not None:
             changed.default, changed.show_default = setting.default, True
         if setting.names:
             changed.help = f"{option.help} One of {', '.join(setting.names)}."

@@ -24,7 +24,6 @@ from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 
-SHOWN = 20
 _READABLE = {"m": (100.0, "cm"), "rad": (57.29577951308232, "°"), "s": (1000.0, "ms"),
              "of itself": (100.0, "%"), "kg·m²": (1e4, "kg·cm²")}  # fmt: skip
 _NONE = 5e-6  # share of the cost that is shown as 0.00 %
@@ -38,7 +37,7 @@ def run(asked: SensitivityOptions) -> None:
         InputError: fewer than one line, or an output that is no table.
     """
     most, output = asked.most, asked.output
-    if most is not None and most < 1:
+    if most < 1:
         raise InputError(f"--most is {most}; show at least 1 line")
     require_files((output, "--output"))
     if output is not None and output.suffix.lower() != ".csv":
@@ -49,7 +48,7 @@ def run(asked: SensitivityOptions) -> None:
     out = screen()
     print_findings_of(loaded)
     width = min(out.width, NARROW)
-    shown = report.found[: SHOWN if most is None else most]
+    shown = report.found[:most]
     out.print(sensitivity_table(shown, report), width=width)
     hidden = len(report.found) - len(shown)
     if hidden:

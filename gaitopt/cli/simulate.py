@@ -20,7 +20,7 @@ from gaitopt.cli.show import loaded
 from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import summarise
 from gaitopt.design.walkability import WeakPoint, weak_points
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.simulate.battery import PUSHED, Battery, Checked, battery, directions, suspect
@@ -133,7 +133,8 @@ def run(asked: SimulateOptions) -> None:
     require_views(page, video)
     if controller not in CONTROLLERS:
         raise InputError(
-            f"--controller {controller} is unknown; choose one of {', '.join(CONTROLLERS)}"
+            f"--controller {controller} is unknown; {did_you_mean(controller, CONTROLLERS)}choose "
+            f"one of {', '.join(CONTROLLERS)}"
         )
     if not 0.0 < asked.friction < math.inf:
         raise InputError(f"--friction {asked.friction:g}: it must be above 0")

@@ -16,7 +16,7 @@ from gaitopt.cli.requirements import gaits_of
 from gaitopt.cli.results import keep_files, require_writable
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
-from gaitopt.design.sizing import RESERVE, Choice, read_catalogue, size
+from gaitopt.design.sizing import Choice, read_catalogue, size
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import save_gait
 
@@ -32,7 +32,7 @@ def run(asked: SizeOptions) -> None:
         GaitFileError: a gait cannot be read.
         SpecError: the catalogue cannot be used.
     """
-    directory, reserve = asked.output, RESERVE if asked.reserve is None else asked.reserve
+    directory, reserve = asked.output, asked.reserve
     if not 1.0 <= reserve <= _MOST_RESERVE:
         raise InputError(f"--reserve is {reserve:g}; give 1 (none) to {_MOST_RESERVE:g}")
     require_writable(directory)

@@ -37,6 +37,7 @@ from gaitopt.errors import (
     NoGaitFoundError,
     RobotError,
     StoppedError,
+    there_are,
 )
 from gaitopt.gait.initial_guess import resized
 from gaitopt.gait.problem import WalkProblem
@@ -108,7 +109,7 @@ class Variable:
     def __post_init__(self) -> None:
         if self.name not in DESIGN and not self.of_gear:
             raise InputError(
-                f"'{self.name}' cannot be chosen; there are {', '.join(DESIGN)}, and ratios of "
+                f"'{self.name}' cannot be chosen; {there_are(DESIGN, self.name)}, and ratios of "
                 f"gears, {MOTORS}{RATIO} or {MOTORS}JOINTS.{RATIO}"
             )
         unit = f" {self.unit}".rstrip()
@@ -247,8 +248,8 @@ class Study:
             wrong := [v.name for v in self.variables if v.name not in own and not v.of_gear]
         ):
             raise InputError(
-                f"'{wrong[0]}' of a robot of a file cannot be chosen; there are "
-                f"{', '.join(OF_FILES)}"
+                f"'{wrong[0]}' of a robot of a file cannot be chosen; "
+                f"{there_are(OF_FILES, wrong[0])}"
             )
         for one in self.variables:
             self._check_range(one)

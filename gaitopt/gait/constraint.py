@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Container, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import NUMBER, is_finite, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.functions import Entries, QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
@@ -183,7 +183,9 @@ def check_declaration(one: object, *names: str) -> None:
         )
 
 
-def check_relaxation(one: Constraint, margins: Container[str], constraints: Container[str]) -> None:
+def check_relaxation(
+    one: Constraint, margins: Collection[str], constraints: Collection[str]
+) -> None:
     """Check what a constraint says of its margins and of how much of its rows matters.
 
     Args:
@@ -208,9 +210,13 @@ def check_relaxation(one: Constraint, margins: Container[str], constraints: Cont
         if not (isinstance(pair, tuple) and len(pair) == 2 and is_of_use(pair[1]) and pair[1]):
             raise InputError(f"{shown({name: pair})} cannot be among the {whole}")
         if not (name in margins or name in declared_margins(one)):
-            raise InputError(f"there is no margin {shown(name)}, which is among the {whole}")
+            hint = did_you_mean(name, (*margins, *declared_margins(one)))
+            raise InputError(f"there is no margin {shown(name)}; {hint}it is among the {whole}")
         if pair[0] not in constraints:
-            raise InputError(f"there is no constraint {shown(pair[0])}, which is among the {whole}")
+            hint = did_you_mean(pair[0], constraints)
+            raise InputError(
+                f"there is no constraint {shown(pair[0])}; {hint}it is among the {whole}"
+            )
 
 
 def failure(error: Exception, one: object) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import SAMPLES, at_most, shown
 from gaitopt.contact import AFTER
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.nlp import Array
 
 QUADRATURES = ("simpson", "euler")
@@ -63,7 +63,10 @@ def uniform_grid(samples: int, quadrature: str = "simpson") -> Grid:
         InputError: unknown rule, too few samples, or an even number of them for Simpson's rule.
     """
     if quadrature not in QUADRATURES:
-        raise InputError(f"quadrature '{quadrature}' is unknown; choose {' or '.join(QUADRATURES)}")
+        raise InputError(
+            f"quadrature '{quadrature}' is unknown; {did_you_mean(quadrature, QUADRATURES)}choose "
+            f"{' or '.join(QUADRATURES)}"
+        )
     if samples < 3:
         raise InputError(f"{shown(samples)} samples are too few for a step; give at least 3")
     at_most(samples, SAMPLES, "samples")

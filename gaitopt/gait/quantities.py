@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, there_are
 from gaitopt.nlp import Array
 
 if TYPE_CHECKING:
@@ -135,9 +135,7 @@ def quantity(name: str) -> Quantity:
     for one in ALL:
         if one.name == name:
             return one
-    raise InputError(
-        f"there is no quantity '{name}'; there are {', '.join(one.name for one in ALL)}"
-    )
+    raise InputError(f"there is no quantity '{name}'; {there_are((q.name for q in ALL), name)}")
 
 
 def typical_entries(one: Quantity, robot: Robot) -> Array:

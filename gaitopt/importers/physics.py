@@ -14,6 +14,7 @@ from typing import Literal
 from numpy.polynomial import Polynomial
 
 from gaitopt.dataclass import dataclass
+from gaitopt.errors import did_you_mean
 
 STANDARD_GRAVITY = 9.81
 """Acceleration of free fall where a description gives none [m/s²]."""
@@ -212,8 +213,9 @@ def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
         return f"its offset is {tie.offset:g} rad; allowed are {most}; correct it"
     if tie.master == tie.joint:
         return "it follows itself; name the joint that it follows"
-    if tie.master not in set(joints):
-        return f"it follows '{tie.master}', which is no joint that moves; name one that does"
+    if tie.master not in (known := set(joints)):
+        hint = did_you_mean(tie.master, known)
+        return f"it follows '{tie.master}', which is no joint that moves; {hint}name one that does"
     return ""
 
 

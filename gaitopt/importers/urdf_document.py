@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.escape import printable
 from gaitopt.importers.report import Faults, listed
 from gaitopt.importers.xml_document import (
@@ -482,7 +482,9 @@ def _end(joint: NamedElement, role: str, links: Mapping[str, NamedElement]) -> s
         raise joint.refusal(f'no {role} link is given; add <{role} link="..."/>', element)
     if name not in links:
         raise joint.refusal(
-            f"its {role} link '{name}' does not exist; add that link, or correct its name", element
+            f"its {role} link '{name}' does not exist; {did_you_mean(name, links)}add that link, "
+            "or correct its name",
+            element,
         )
     return name
 

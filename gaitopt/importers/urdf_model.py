@@ -28,7 +28,7 @@ import pinocchio as pin
 
 from gaitopt.bounds import ARMATURE
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.escape import printable
 from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadable
 from gaitopt.importers.pinocchio_model import joint_model, rigid_body, sound_inertia
@@ -216,7 +216,8 @@ def _unfit(names: list[str], actuators: int, robot: Description) -> str:
         )
     joint = robot.joints.get(names[0])
     if joint is None:
-        return f"the robot has no joint '{printable(names[0])}'; correct the name"
+        hint = did_you_mean(names[0], robot.joints)
+        return f"the robot has no joint '{printable(names[0])}'; {hint}correct the name"
     if joint.kind not in ("revolute", "continuous", "prismatic"):
         return f"joint '{printable(names[0])}' is {joint.kind}"
     return ""

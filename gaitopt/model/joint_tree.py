@@ -16,7 +16,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean, there_are
 from gaitopt.importers.pinocchio_model import joint_motions, reduced
 from gaitopt.nlp import Array
 
@@ -201,8 +201,8 @@ def lock_upper_body(
     stance, swing = leg_joints(model, stance_sole, swing_sole)
     if unknown := [name for name in moving if not model.existJointName(name)]:
         raise RobotError(
-            f"there is no joint '{unknown[0]}' to be kept moving; there are "
-            f"{', '.join(map(str, model.names[2:]))}"
+            f"there is no joint '{unknown[0]}' to be kept moving; "
+            f"{there_are(map(str, model.names[2:]), unknown[0])}"
         )
     kept = stance | swing | {int(model.getJointId(name)) for name in moving}
     locked = [j for j in range(2, model.njoints) if j not in kept]
@@ -319,7 +319,8 @@ def _joint_of(model: pin.Model, frame: str) -> int:
     if not any(f.name == frame for f in others):
         names = sorted(f.name for f in others if "sole" in f.name or "foot" in f.name)
         raise RobotError(
-            f"the URDF has no frame named '{frame}', a joint being none; those that look like "
-            f"feet: {', '.join(names) or 'none'}. Name the sole frames, or add them to the URDF"
+            f"the URDF has no frame named '{frame}', a joint being none; "
+            f"{did_you_mean(frame, (f.name for f in others))}those that look like feet: "
+            f"{', '.join(names) or 'none'}. Name the sole frames, or add them to the URDF"
         )
     return int(model.frames[model.getFrameId(frame)].parentJoint)

@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitopt.bounds import INSTANTS_OF_MOTION, RATE, STRIDES, at_most
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError, RobotError
+from gaitopt.errors import InputError, RobotError, did_you_mean
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
@@ -102,8 +102,8 @@ class RobotOrder:
         if unknown:
             whose = "the order 'g1' has" if order == "g1" else "the order has"
             raise InputError(
-                f"{whose} {_listed(unknown)}, which '{self.body.name}' has not; its joints are "
-                f"{', '.join(known)}"
+                f"{whose} {_listed(unknown)}, which '{self.body.name}' has not; "
+                f"{did_you_mean(unknown[0], known)}its joints are {', '.join(known)}"
             )
         if len(set(names)) < len(names):
             twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
@@ -141,8 +141,8 @@ class RobotOrder:
             return list(known[order]())
         if "," not in order and order not in self.body.joint_names:
             raise InputError(
-                f"no order of joints is named '{order}'; choose {', '.join(ORDERS)}, or give the "
-                "names of the joints, joined by commas"
+                f"no order of joints is named '{order}'; {did_you_mean(order, ORDERS)}choose "
+                f"{', '.join(ORDERS)}, or give the names of the joints, joined by commas"
             )
         return [name.strip() for name in order.split(",") if name.strip()]
 

@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import EvaluationError, InputError
+from gaitopt.errors import EvaluationError, InputError, did_you_mean
 from gaitopt.nlp import (
     NLP,
     Array,
@@ -123,7 +123,8 @@ def require_choice(solver: str, option: str, value: str, allowed: tuple[str, ...
     """
     if value not in allowed:
         raise InputError(
-            f"solver {solver}: option {option} is {value!r}; choose one of {', '.join(allowed)}"
+            f"solver {solver}: option {option} is {value!r}; {did_you_mean(value, allowed)}choose "
+            f"one of {', '.join(allowed)}"
         )
 
 

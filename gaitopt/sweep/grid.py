@@ -297,11 +297,12 @@ class TaskGrid:
         Raises:
             InputError: a quantity is not one of the axes.
         """
-        unknown = set(values) - {axis.name for axis in self.axes}
+        names = [axis.name for axis in self.axes]
+        unknown = set(values) - set(names)
         if unknown:
             raise InputError(
-                f"the sweep is not over {', '.join(sorted(unknown))}; it is over "
-                f"{', '.join(axis.name for axis in self.axes)}"
+                f"the sweep is not over {', '.join(sorted(unknown))}; "
+                f"{did_you_mean(min(unknown), names)}it is over {', '.join(names)}"
             )
         return tuple(
             min(range(len(axis.values)), key=lambda i: abs(axis.values[i] - values[axis.name]))

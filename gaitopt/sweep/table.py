@@ -7,14 +7,13 @@ import io
 import operator
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from gaitopt.atomic import write_atomically
 from gaitopt.design.pipeline import Design
 from gaitopt.design.summary import summarise
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.sweep.continuation import WarmStart
 from gaitopt.sweep.grid import quantity_unit
@@ -275,8 +274,7 @@ def _parsed(condition: str, whole: str, rows: list[Row]) -> tuple[str, str, Valu
 
 def unknown_column(name: str, names: list[str]) -> str:
     """Return the sentence that there is no such column, with the names nearest to it."""
-    close = [one for one in names if name in one][:3] or get_close_matches(name, names)
-    hint = f"did you mean {' or '.join(close)}? " if close else ""
+    hint = did_you_mean(name, names)
     return f"there is no column '{name}'; {hint}'gaitopt library DIR --columns list' lists all"
 
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.design.summary import group_name, joint_groups
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.recorded import Recorded, ground_of, must_be_gait
 from gaitopt.gait.result import Gait
@@ -628,7 +628,8 @@ def make_figure(gait: Gait | Transition, name: str) -> Figure:
     must_be_gait(gait)
     names = _names(gait)
     if name not in names:
-        raise InputError(f"there is no figure '{name}'; choose from {', '.join(names)}")
+        hint = did_you_mean(name, names)
+        raise InputError(f"there is no figure '{name}'; {hint}choose from {', '.join(names)}")
     with styled():
         if isinstance(gait, Transition):
             return TRANSITION_FIGURES[name](gait)
@@ -664,7 +665,8 @@ def write_figures(
     unknown = set(formats) - set(KINDS)
     if unknown:
         raise InputError(
-            f"figures cannot be written as {sorted(unknown)}; choose {', '.join(KINDS)}"
+            f"figures cannot be written as {sorted(unknown)}; {did_you_mean(min(unknown), KINDS)}"
+            f"choose {', '.join(KINDS)}"
         )
     folder = make_directory(Path(directory))
     written = []

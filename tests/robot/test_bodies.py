@@ -102,6 +102,7 @@ def test_a_bad_body_of_the_file_is_mended():
     ("override", "told"),
     [
         ({"links": "tail", "mass": 1.0}, "no link matches 'tail'; the links are: .*torso"),
+        ({"links": "torzo", "mass": 1.0}, "matches 'torzo'; did you mean 'torso'. the links are"),
         ({"links": "*", "mass": 0.0}, "mass is 0 kg; it must be > 0"),
         ({"links": "*", "mass": "1"}, "mass must be a number"),
         ({"links": "*"}, "nothing is replaced; give mass, com or inertia"),

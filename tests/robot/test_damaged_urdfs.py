@@ -223,7 +223,7 @@ DAMAGE = {
     ),
     "missing link": (
         lambda root: removed(root, "left_shin"),
-        r"line \d+: joint 'left_knee': its child link 'left_shin' does not exist; add that link",
+        r"line \d+: joint 'left_knee': its child link 'left_shin' does not exist; .*add that link",
     ),
     "two roots": (
         lambda root: removed(root, "left_knee"),

@@ -129,7 +129,10 @@ def test_what_is_not_a_mirrored_biped_is_refused(edit, message):
 
 
 def test_an_unknown_sole_lists_those_there_are():
-    with pytest.raises(RobotError, match=r"no frame named 'rigth_sole'.*left_sole.*right_sole"):
+    with pytest.raises(
+        RobotError,
+        match=r"no frame named 'rigth_sole'; did you mean 'right_sole'.*left_sole.*right_sole",
+    ):
         Robot.from_urdf(urdf_text(biped13()), stance_sole="rigth_sole")
 
 

@@ -124,6 +124,7 @@ def test_what_is_no_load_is_told(text, reason):
     ("choices", "reason"),
     [
         ({"link": "torsso", "mass": 1.0}, "there is no link 'torsso'; did you mean 'torso'"),
+        ({"link": "pelvs", "mass": 1.0}, "there is no link 'pelvs'; did you mean 'pelvis'"),
         ({"link": "torso", "mass": -1.0}, "mass is -1 kg; it must be > 0"),
         ({"link": "torso"}, "mass is missing"),
         ({"mass": 1.0}, "link is missing"),

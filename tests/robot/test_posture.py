@@ -77,6 +77,22 @@ def test_joints_of_other_robots_and_the_root_are_no_part_of_a_pose():
     assert dict(robot.choices.posture) == {"shoulder": 0.25}
 
 
+def test_groups_of_joints_make_one_pose():
+    """Those of left and right arms have one name; the last one alone counted."""
+    own = POSES.format(name="p", angle=0.25)
+    other = '<group_state name="p" group="legs"><joint name="left_knee" value="0.3"/></group_state>'
+    robot = Robot.from_urdf(
+        armed(),
+        choices=ImportOptions(posture="p", srdf=own.replace("</robot>", f"{other}</robot>")),
+    )
+    assert dict(robot.choices.posture) == {"shoulder": 0.25, "left_knee": 0.3}
+    twice = own.replace("</robot>", own[own.index("<group") :].replace("0.25", "0.5"))
+    with pytest.raises(
+        RobotError, match=r"'shoulder' of the pose 'p' at 0\.25 and at 0\.5; remove"
+    ):
+        Robot.from_urdf(armed(), choices=ImportOptions(posture="p", srdf=twice))
+
+
 def test_a_neutral_posture_out_of_range_is_told():
     robot = Robot.from_urdf(armed(lower=0.3, upper=1.2))
     assert told(robot) == [("guessed", "stands at 0 rad, outside its range 0.3 to 1.2 rad")]
@@ -142,6 +158,7 @@ def test_keyframes_are_postures(name, angle):
     [
         (ImportOptions(posture="stand"), "no SRDF is given .* and it has: home, sit$"),
         (ImportOptions(posture="keyframe:stand"), "no keyframe 'stand'; it has: home, sit$"),
+        (ImportOptions(posture="keyframe:hom"), "'hom'; did you mean 'home'. it has: home, sit$"),
         (
             ImportOptions(posture="stand", srdf=POSES.format(name="far", angle=0.1)),
             "the SRDF has no pose 'stand'; it has: far; the robot's file has keyframes: home, sit$",

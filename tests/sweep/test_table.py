@@ -34,8 +34,8 @@ def test_conditions(condition, speeds):
     [
         ("__import__('os')", "no condition"),
         ("velocity>1", "no column 'velocity'"),
-        ("sped>1", "did you mean speed"),
-        ("ertif=1", "did you mean certified"),
+        ("sped>1", "did you mean 'speed'"),
+        ("ertif=1", "did you mean 'certified'"),
         ("nosuch=1", "no column 'nosuch'; 'gaitopt library"),
         ("speed>>1", "no condition"),
         ("cost<abc", "cost holds numbers"),

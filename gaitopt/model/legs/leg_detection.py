@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions
 from gaitopt.model.legs.kinematic_tree import (
     LEAST_MASS,
@@ -169,8 +169,9 @@ def joint_of(model: pin.Model, name: str) -> int:
         if frame.name == name:
             return int(frame.parentJoint)
     names = sorted({f.name for f in model.frames if any(h in f.name.lower() for h in _HINTS)})
+    hint = did_you_mean(name, (str(frame.name) for frame in model.frames))
     raise RobotError(
-        f"the URDF has no frame named '{name}'; frames that look like feet: "
+        f"the URDF has no frame named '{name}'; {hint}frames that look like feet: "
         f"{', '.join(names) or 'none'}. Name others, or leave them out to have them found"
     )
 

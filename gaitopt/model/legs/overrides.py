@@ -140,7 +140,8 @@ def override_bodies(
         meant = [name for name in links if fnmatchcase(name, entry.links)]
         if not meant:
             raise RobotError(
-                f"inertias: no link matches '{entry.links}'; the links are: {', '.join(links)}"
+                f"inertias: no link matches '{entry.links}'; {did_you_mean(entry.links, links)}"
+                f"the links are: {', '.join(links)}"
             )
         before = {name: _replace(changed, links[name], entry) for name in meant}
         names.update(meant)
@@ -272,8 +273,8 @@ def _placed(model: pin.Model, payload: Payload, legs: LegJoints) -> Payload:
         name = _link_of(model, joint)
     if name not in links:
         raise RobotError(
-            f"payload: there is no link '{name}'; {did_you_mean(name, links)}give {TORSO}, "
-            f"{PELVIS} or one of {', '.join(links)}"
+            f"payload: there is no link '{name}'; {did_you_mean(name, (TORSO, PELVIS, *links))}"
+            f"give {TORSO}, {PELVIS} or one of {', '.join(links)}"
         )
     if payload.place is not None:
         return replace(payload, link=name)

@@ -34,11 +34,12 @@ def reference_angles(choices: ImportOptions, model: pin.Model, folder: Path) -> 
     """Return the angles of the reference posture by joint [rad, m], others being 0.
 
     A pose of the SRDF may name joints that the robot does not have: one file often serves several
-    variants. A name without an SRDF, or after "keyframe:", is that of a keyframe of the robot.
+    variants. Groups of joints have poses of one name, which make one posture. A name without an
+    SRDF, or after "keyframe:", is that of a keyframe of the robot.
 
     Raises:
-        RobotError: the SRDF cannot be read or is given for nothing, there is no such pose, or an
-            angle is far beyond the range of its joint.
+        RobotError: the SRDF cannot be read or is given for nothing, there is no such pose, it has
+            two angles of a joint, or one far beyond its range.
     """
     if choices.posture is None:
         if choices.srdf is not None and not choices.rotors:
@@ -59,24 +60,32 @@ def _asked(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
             raise RobotError(UNUSED_SRDF)
         frame = name.removeprefix(KEYFRAME)
         if frame not in keyframes:
-            raise RobotError(f"the file has no keyframe '{frame}'; {_has(keyframes, 'keyframe')}")
+            raise RobotError(f"the file has no keyframe '{frame}'; {_has(keyframes, frame)}")
         return _angles_of(model, keyframes[frame])
     if choices.srdf is None and name in keyframes:
         return _angles_of(model, keyframes[name])
     if choices.srdf is None:
         raise RobotError(
             f"the posture '{name}' is asked for by name, but no SRDF is given (--srdf FILE, or "
-            f"srdf in the file for --choices and in Python), and {_has(keyframes, 'keyframe')}"
+            f"srdf in the file for --choices and in Python), and {_has(keyframes)}"
         )
-    poses = {s.get("name", ""): s for s in _srdf(choices, folder).iter("group_state")}
+    states = list(_srdf(choices, folder).iter("group_state"))
+    poses = list(dict.fromkeys(state.get("name", "") for state in states))
     if name not in poses:
         more = f"; the robot's file has keyframes: {_names(keyframes)}" if keyframes else ""
-        raise RobotError(f"the SRDF has no pose '{name}'; it has: {_names(poses)}{more}")
-    return {
-        joint.get("name", ""): _value(joint, "value")
-        for joint in poses[name].iter("joint")
-        if model.existJointName(joint.get("name", "")) and not _is_root(model, joint)
-    }
+        hint = did_you_mean(name, poses)
+        raise RobotError(f"the SRDF has no pose '{name}'; {hint}it has: {_names(poses)}{more}")
+    angles: Angles = {}
+    for joint in (joint for s in states if s.get("name", "") == name for joint in s.iter("joint")):
+        moved = joint.get("name", "")
+        if model.existJointName(moved) and not _is_root(model, joint):
+            angle = _value(joint, "value")
+            if angles.setdefault(moved, angle) != angle:
+                raise RobotError(
+                    f"the SRDF puts joint '{moved}' of the pose '{name}' at {angles[moved]:g} and "
+                    f"at {angle:g}; remove one"
+                )
+    return angles
 
 
 def _is_root(model: pin.Model, joint: ElementTree.Element) -> bool:
@@ -85,8 +94,10 @@ def _is_root(model: pin.Model, joint: ElementTree.Element) -> bool:
     return several and len(joint.get("value", "").split()) > 1
 
 
-def _has(keyframes: Mapping[str, Array], kind: str) -> str:
-    return f"it has: {_names(keyframes)}" if keyframes else f"the robot's file has no {kind}s"
+def _has(keyframes: Mapping[str, Array], wanted: str = "") -> str:
+    if not keyframes:
+        return "the robot's file has no keyframes"
+    return f"{did_you_mean(wanted, keyframes)}it has: {_names(keyframes)}"
 
 
 def _names(found: Iterable[str]) -> str:
