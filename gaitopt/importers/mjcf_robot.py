@@ -245,7 +245,8 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
         if not np.isfinite(numbers).all():
             return "body", body.name, NOT_FINITE
         shapes = [[*geom.rgba, *(() if geom.mesh else geom.size)] for geom in body.geoms]
-        shapes += [[*item.place.pos, *item.place.quat] for item in (*body.geoms, *body.sites)]
+        places = (*(geom.place for geom in body.geoms), *(site.place for site in body.sites))
+        shapes += [[*place.pos, *place.quat] for place in places]
         if not all(np.isfinite(numbers).all() for numbers in shapes):
             what = "the place or size of one of its geoms or sites is not finite; correct it"
             return "body", body.name, what
