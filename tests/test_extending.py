@@ -18,7 +18,7 @@ from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded import ground_of
+from gaitopt.gait.result import ground_of
 from gaitopt.model.sole import Sole
 from gaitopt.view.figures import step_figure
 

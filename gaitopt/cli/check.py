@@ -13,7 +13,7 @@ from gaitopt.design.transition import audit_transition
 from gaitopt.escape import printable
 from gaitopt.gait.gait_file import altered_members
 from gaitopt.gait.plugin import load_plugin
-from gaitopt.gait.recorded import ground_of
+from gaitopt.gait.result import ground_of
 from gaitopt.gait.transition import Transition, load
 from gaitopt.tolerances import SAME
 

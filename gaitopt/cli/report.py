@@ -31,8 +31,7 @@ from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import by_motion, proof_rows, summarise
 from gaitopt.escape import printable
 from gaitopt.gait.presets import foreign_margins
-from gaitopt.gait.recorded import Recorded
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.units import motion_words
 

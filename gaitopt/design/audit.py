@@ -19,8 +19,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded import Recorded, must_be_gait, robot_of
-from gaitopt.gait.result import FOOT, Gait, array_names
+from gaitopt.gait.result import FOOT, Gait, Recorded, array_names, must_be_gait, robot_of
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.multibody import Multibody

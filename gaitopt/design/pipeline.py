@@ -35,8 +35,7 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import Layout
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded import Recorded
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded
 from gaitopt.gait.task import Task
 from gaitopt.nlp import (
     NLP,

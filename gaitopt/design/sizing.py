@@ -23,8 +23,7 @@ from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import motors_replaced
-from gaitopt.gait.recorded import robot_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, robot_of
 from gaitopt.gait.task import Task, task_from_record
 from gaitopt.importers.text_files import read_text
 from gaitopt.model.legs.overrides import without_armature

@@ -18,14 +18,15 @@ from gaitopt.gait.assemble import GRAVITY_KEY
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.motor_space import DrivenJoints
-from gaitopt.gait.recorded import (
+from gaitopt.gait.result import (
+    ContactPhase,
+    Gait,
     Recorded,
     ground_of,
     must_be_gait,
     recorded_choices,
     recorded_linkages,
 )
-from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of

@@ -42,8 +42,7 @@ from gaitopt.gait.initial_guess import perturbed, transition_guess
 from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.quantities import PEAK
-from gaitopt.gait.recorded import must_be_gait
-from gaitopt.gait.result import Gait, array_names
+from gaitopt.gait.result import Gait, array_names, must_be_gait
 from gaitopt.gait.shift_step import ShiftStepModel
 from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.gait.terrain import Level

@@ -20,8 +20,7 @@ from gaitopt.bounds import GAIT, NUMBER, too_large
 from gaitopt.contact import FlatFoot, LegExchange, PhaseEnd
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.recorded import must_be_gait
-from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names
+from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names, must_be_gait
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.physics import MOST_POWER
 from gaitopt.model.multibody import Multibody, checked_multibody

@@ -49,8 +49,7 @@ from gaitopt.gait.gait_file import (
     same_numbers,
     typed,
 )
-from gaitopt.gait.recorded import Recorded, must_be_gait
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded, must_be_gait
 from gaitopt.gait.trajectory import StepSequence, TrajectoryPhase
 from gaitopt.nlp import Array
 from gaitopt.version import __version__

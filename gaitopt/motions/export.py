@@ -18,8 +18,7 @@ from scipy.spatial.transform import Rotation
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, did_you_mean
-from gaitopt.gait.recorded import must_be_gait
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, must_be_gait
 from gaitopt.gait.spline import bernstein
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright

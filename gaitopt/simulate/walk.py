@@ -16,8 +16,7 @@ from scipy.integrate import trapezoid
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, ground_of
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
 from gaitopt.simulate.disturbance import (

@@ -18,8 +18,7 @@ from gaitopt.bounds import FRAMES, STEPS, at_most, must_be, shown
 from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.gait.recorded import Ground, ground_of, must_be_gait
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Ground, ground_of, must_be_gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import quaternions, upright

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from gaitopt.design.summary import linkage_motors, named_groups
-from gaitopt.gait.recorded import Recorded
+from gaitopt.gait.result import Recorded
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.nlp import Array

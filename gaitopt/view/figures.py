@@ -24,8 +24,7 @@ from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.design.summary import group_name, joint_groups
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.assemble import GRAVITY_KEY
-from gaitopt.gait.recorded import Recorded, ground_of, must_be_gait
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded, ground_of, must_be_gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY

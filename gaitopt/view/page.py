@@ -22,8 +22,7 @@ from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import by_motion, payload_words, proof_rows, summarise
 from gaitopt.errors import GaitoptError
 from gaitopt.escape import filled_template, html_text
-from gaitopt.gait.recorded import Recorded, ground_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded, ground_of
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.report import findings_of
 from gaitopt.mechanics.spatial import upright

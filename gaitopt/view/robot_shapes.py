@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
-from gaitopt.gait.recorded import Recorded, recorded_choices
+from gaitopt.gait.result import Recorded, recorded_choices
 from gaitopt.importers.meshes import MeshProblem, opacity, unseen, up_axis
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source, load_mesh

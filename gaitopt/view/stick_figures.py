@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.dataclass import dataclass
-from gaitopt.gait.recorded import Recorded, recorded_choices
-from gaitopt.gait.result import ContactPhase, Gait
+from gaitopt.gait.result import ContactPhase, Gait, Recorded, recorded_choices
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source

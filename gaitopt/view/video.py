@@ -15,8 +15,7 @@ from matplotlib.figure import Figure
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
-from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, ground_of
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
 from gaitopt.view.animation import PUSH, PUSH_SEEN, Replay

@@ -17,8 +17,7 @@ from gaitopt.gait.constraint import ConstraintContext
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.motor_space import LoopMotors
-from gaitopt.gait.recorded import robot_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, robot_of
 from gaitopt.gait.task import Margins
 from gaitopt.sweep.table import motor_columns, unit_of
 from gaitopt.units import motion_words

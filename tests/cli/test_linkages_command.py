@@ -10,7 +10,7 @@ from gaitopt.design.requirements import motor_loops, own_motor_loops
 from gaitopt.design.summary import summarise
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.motor_space import driven_joints
-from gaitopt.gait.recorded import robot_of
+from gaitopt.gait.result import robot_of
 from gaitopt.view.comparison_figures import torque_speed_figure
 from gaitopt.view.curves import curves
 from gaitopt.view.page import page_text

@@ -13,7 +13,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded import robot_of
+from gaitopt.gait.result import robot_of
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status
 

@@ -19,7 +19,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded import ground_of
+from gaitopt.gait.result import ground_of
 from gaitopt.gait.terrain import Slope
 from gaitopt.motions.motion import motion
 from gaitopt.simulate.second_engine import second_engine

@@ -23,7 +23,7 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded import ground_of
+from gaitopt.gait.result import ground_of
 from gaitopt.gait.terrain import Slope, Stairs
 from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.reader import read_source

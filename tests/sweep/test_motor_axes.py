@@ -12,7 +12,7 @@ from gaitopt.design.design import design
 from gaitopt.design.sizing import with_motors
 from gaitopt.errors import InputError, SpecError
 from gaitopt.gait.constraints import MotorEnvelope
-from gaitopt.gait.recorded import robot_of
+from gaitopt.gait.result import robot_of
 from gaitopt.gait.task import task_from_record
 from gaitopt.model.import_options import LimitOverride
 from gaitopt.model.robot import Robot
