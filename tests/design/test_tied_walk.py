@@ -23,8 +23,8 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.model.robot import Robot
+from gaitopt.motions.export import csv_text, joint_names, stride_record, stride_samples
 from gaitopt.motions.motion import motion
-from gaitopt.motions.stride import csv_text, joint_names, stride_record, stride_samples
 from gaitopt.simulate.disturbance import SensorNoise, StartError, disturbed_start, measured
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import second_engine, sole_jacobian

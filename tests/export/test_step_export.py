@@ -7,8 +7,7 @@ import pytest
 from sample_gait import sample_gait
 
 from gaitopt.errors import InputError
-from gaitopt.motions.export import export
-from gaitopt.motions.stride import cubic_pieces, stride_samples
+from gaitopt.motions.export import cubic_pieces, export, stride_samples
 
 
 def table(path):

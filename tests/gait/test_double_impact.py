@@ -27,7 +27,7 @@ from gaitopt.mechanics.impact import ClosedImpact
 from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds
-from gaitopt.motions.stride import stride_record, stride_samples
+from gaitopt.motions.export import stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.tolerances import MOMENTUM, REFEREE
 

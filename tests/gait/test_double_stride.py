@@ -17,7 +17,7 @@ from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.motions.stride import stride_record, stride_samples
+from gaitopt.motions.export import stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.view.page import page_text
 

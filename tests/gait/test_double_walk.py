@@ -34,7 +34,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.motions.stride import stride_record, stride_samples
+from gaitopt.motions.export import stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.tolerances import REFEREE
 from gaitopt.view.animation import frames, pressure

@@ -24,7 +24,7 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.impact import FlatImpact
-from gaitopt.motions.stride import cubic_pieces, stride_record, stride_samples
+from gaitopt.motions.export import cubic_pieces, stride_record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.tolerances import REFEREE
 

@@ -30,7 +30,7 @@ from gaitopt.gait.presets import humanoid_task, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.stride import StrideLayout
 from gaitopt.mechanics.forward_kinematics import YAW
-from gaitopt.motions.stride import json_text, stride_samples
+from gaitopt.motions.export import json_text, stride_samples
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES

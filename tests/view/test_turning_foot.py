@@ -16,7 +16,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.motions.stride import stride_record, stride_samples
+from gaitopt.motions.export import stride_record, stride_samples
 from gaitopt.view.animation import frames
 from gaitopt.view.figures import make_figure
 from gaitopt.view.page import facts, page_text
