@@ -66,6 +66,8 @@ SILENCE = 15.0
 """Time for which nothing comes out of a pipe until it is given up [s]: xacro takes two."""
 NUMBER = 1e50
 """Size of any number, in SI units: sums of squares, products and quotients still have a value."""
+USABLE = f"between {1.0 / NUMBER:g} and {NUMBER:g}"
+"""Sizes of numbers other than 0 with which computing has sense, in words."""
 
 SIZE = 1e9
 """Size of any number of a robot's file [kg, m, kg·m²]: a thousand times the largest machines, in mm
@@ -120,6 +122,11 @@ def is_finite(value: object) -> TypeGuard[float]:
         return isinstance(value, Real) and math.isfinite(value)
     except OverflowError:  # a whole number beyond every float
         return False
+
+
+def is_of_use(value: object) -> bool:
+    """Return whether a value is a finite number, 0 or of a size with which computing has sense."""
+    return is_finite(value) and (value == 0.0 or 1.0 / NUMBER <= abs(value) <= NUMBER)
 
 
 def shown(value: object) -> str:

@@ -19,7 +19,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.result import FOOT, Gait, Recorded, array_names, must_be_gait, robot_of
+from gaitopt.gait.result import OPTIONAL, Gait, Recorded, array_names, must_be_gait, robot_of
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.multibody import Multibody
@@ -80,7 +80,7 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
         certificate = certify(problem, gait.parameters)
     except EvaluationError as error:
         raise GaitFileError(f"the gait's parameters do not make a walk: {error}") from error
-    differences = differences_of(gait, again, (*array_names(), *FOOT))
+    differences = differences_of(gait, again, (*array_names(), *OPTIONAL))
     if gait.second is not None and again.second is not None:
         own = differences_of(gait.second, again.second, array_names())
         differences |= {f"second {name}": value for name, value in own.items()}

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.bounds import NUMBER, is_finite, shown
+from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, did_you_mean
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
     from gaitopt.model.robot import Robot
     from gaitopt.model.scales import Scales
-
-USABLE = f"between {1.0 / NUMBER:g} and {NUMBER:g}"
 
 FREE = np.inf
 """A limit that is none."""
@@ -225,14 +223,6 @@ def failure(error: Exception, one: object) -> str:
     lines = [at.lineno for at in extract_tb(error.__traceback__) if at.filename == file]
     where = f" (line {lines[-1]} of {Path(str(file)).name})" if lines else ""
     return f"{type(error).__name__}: {error}{where}"
-
-
-def is_of_use(value: object) -> bool:
-    """Return whether a value is a finite number, 0 or of a size with which computing has sense."""
-    if not is_finite(value):
-        return False
-    number = abs(value)
-    return number == 0.0 or 1.0 / NUMBER <= number <= NUMBER
 
 
 @dataclass(frozen=True)

@@ -18,19 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
-from gaitopt.bounds import is_finite, shown
+from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, GaitoptError, InputError, there_are
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
-    USABLE,
     Constraint,
     ConstraintBlock,
     ConstraintContext,
     check_declaration,
     check_margins,
     failure,
-    is_of_use,
     margin,
 )
 from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function
@@ -701,7 +699,11 @@ def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Co
     terms, taken = [], set[str]()
     for part in parts:
         *weight, name = part or [""]
-        if not name or len(weight) > 1 or not is_finite(value := _weight_of(weight)):
+        try:
+            value = read_number(weight[0]) if weight else 1.0
+        except ValueError:
+            value = float("nan")
+        if not name or len(weight) > 1 or not is_finite(value):
             raise InputError(
                 f"the sum of costs '{text[:80]}' cannot be read; join names by +, each with its "
                 "weight before it, as in 'torque + 0.5 energy'"
@@ -712,13 +714,6 @@ def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Co
     if unknown := set(changes) - taken:
         raise InputError(f"no cost of '{text}' has {', '.join(sorted(unknown))}")
     return WeightedSum(tuple(terms))
-
-
-def _weight_of(words: list[str]) -> float:
-    try:
-        return read_number(words[0]) if words else 1.0
-    except ValueError:
-        return float("nan")
 
 
 @checked

@@ -20,7 +20,7 @@ from gaitopt.bounds import GAIT, NUMBER, too_large
 from gaitopt.contact import FlatFoot, LegExchange, PhaseEnd
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, SHAPES, Gait, array_names, must_be_gait
+from gaitopt.gait.result import OF_TURN, OPTIONAL, SHAPES, Gait, array_names, must_be_gait
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.physics import MOST_POWER
 from gaitopt.model.multibody import Multibody, checked_multibody
@@ -125,7 +125,6 @@ _OF_ROBOT = {
     "gravity": "gravity",
     **{f.name: f"robot_{f.name}" for f in fields(Multibody) if f.name != "gravity"},
 }
-_OF_FOOT = tuple(name.removeprefix("foot_") for name in FOOT)
 
 
 def _splines(phase: int) -> tuple[Member, ...]:
@@ -355,7 +354,7 @@ def _of_phases(phases: Sequence[TrajectoryPhase]) -> dict[str, object]:
         if phase.front is not None:
             found[f"front_wrench_{number}"] = phase.front
         if phase.turning is not None:
-            found |= {f"foot_{n}_{number}": getattr(phase.turning, n) for n in _OF_FOOT}
+            found |= {f"foot_{n}_{number}": getattr(phase.turning, n) for n in OF_TURN}
     return found
 
 
@@ -417,7 +416,7 @@ def _bytes(array: NDArray[Any]) -> bytes:
 
 
 def _gait(members: Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
-    names = (*array_names(), *FOOT, *LANDING, *FLAT, *DOUBLE)
+    names = (*array_names(), *OPTIONAL)
     arrays: dict[str, Any] = {n: members[n] for n in names if n in members}
     return Gait(
         **arrays,
@@ -530,7 +529,7 @@ def _joined(members: Arrays) -> Arrays:
     for k in range(count):
         if f"foot_hinge_{k}" in members:
             part = "foot" if k else "landing"
-            found |= {f"{part}_{name}": members[f"foot_{name}_{k}"] for name in _OF_FOOT}
+            found |= {f"{part}_{name}": members[f"foot_{name}_{k}"] for name in OF_TURN}
             found[f"{part}_knots"] = begins[k] + found[f"{part}_knots"]
     if closing:
         found |= _closed(members, count, float(begins[-1]), found)

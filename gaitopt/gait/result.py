@@ -279,29 +279,23 @@ SHAPES: dict[str, tuple[int | str, ...]] = {
     "parameters": ("P",),
     "mirror": ("J", "J"),
 }
-FOOT: dict[str, tuple[int | str, ...]] = {
-    "foot_hinge": ("6 or 0",),
-    "foot_knots": ("k",),
-    "foot_coefficients": ("k + 2",),
+OF_TURN: dict[str, tuple[int | str, ...]] = {
+    "hinge": ("6 or 0",),
+    "knots": ("k",),
+    "coefficients": ("k + 2",),
 }
-"""Arrays of the turn of the stance foot, empty where it stands flat until the impact."""
-LANDING: dict[str, tuple[int | str, ...]] = {
-    name.replace("foot", "landing"): shape for name, shape in FOOT.items()
-}
-"""The same of its turn after it landed, empty where it lands flat."""
-DOUBLE: dict[str, tuple[int | str, ...]] = {
+"""Arrays of a turn of the stance foot, see `OPTIONAL`."""
+OPTIONAL: dict[str, tuple[int | str, ...]] = {
+    **{f"{part}_{n}": shape for part in ("foot", "landing") for n, shape in OF_TURN.items()},
+    "flat_rates": ("2 or 0", "J"),
     "double_knots": ("d",),
     "double_coefficients": ("d + 2", "J"),
     "front_wrench": ("4 or 0", 6),
     "rear_impulse": ("6 or 0",),
 }
-"""Arrays of the double support, empty where an impact ends the step."""
-FLAT: dict[str, tuple[int | str, ...]] = {"flat_rates": ("2 or 0", "J")}
-"""Array of an impact by which the foot comes to lie flat, empty where it does so without."""
-_MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
-    "multipliers": ("R",),
-    "bound_multipliers": ("P",),
-}
+"""Arrays of the turns of the stance foot before it leaves and after it landed, of an impact by
+which it comes to lie flat, and of a double support, empty where there are none."""
+_KNOWN: dict[str, tuple[int | str, ...]] = {"multipliers": ("R",), "bound_multipliers": ("P",)}
 
 
 @dataclass(frozen=True)
@@ -423,14 +417,6 @@ class Gait(Recorded):
     second: Gait | None = None
 
     def __post_init__(self) -> None:
-        for name in SHAPES:
-            if name != "coefficients" or self.coefficients is not None:
-                object.__setattr__(self, name, _frozen(name, getattr(self, name)))
-        for name in (*FOOT, *LANDING):
-            object.__setattr__(self, name, _frozen(name, getattr(self, name)))
-        for name in _MULTIPLIERS:
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         for name in ("parameter_names", "joint_names"):
             object.__setattr__(self, name, _names(name, getattr(self, name)))
         for name in ("urdf", "stance_sole", "swing_sole_frame"):
@@ -439,8 +425,9 @@ class Gait(Recorded):
         for name in ("double_coefficients", "flat_rates"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, np.zeros((0, len(self.joint_names))))
-        for name in (*DOUBLE, *FLAT):
-            object.__setattr__(self, name, _frozen(name, getattr(self, name)))
+        for name in (*SHAPES, *OPTIONAL, *_KNOWN):
+            if getattr(self, name) is not None or name not in ("coefficients", *_KNOWN):
+                object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         object.__setattr__(self, "meta", _json_copy(self.meta))
         _check_times(self)
         _check_foot(self)
@@ -697,7 +684,7 @@ def _fitted(gait: Gait) -> Array:
 
 
 def _frozen(name: str, value: object) -> Array:
-    shape = {**SHAPES, **FOOT, **LANDING, **FLAT, **DOUBLE, **_MULTIPLIERS}[name]
+    shape = {**SHAPES, **OPTIONAL, **_KNOWN}[name]
     if isinstance(value, Sized) and shape[0] == "N":
         at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
@@ -816,7 +803,7 @@ def _check_foot(gait: Gait) -> None:
 
 def _turns(gait: Gait, part: str) -> bool:
     """Whether there is a turn of the stance foot; refuse one that is none."""
-    hinge, knots, coefficients = (getattr(gait, f"{part}_{n}") for n in _OF_TURN)
+    hinge, knots, coefficients = (getattr(gait, f"{part}_{n}") for n in OF_TURN)
     contact, sizes = getattr(gait, f"{part}_contact"), (hinge.size, coefficients.size)
     if knots.size == 0 and sizes == (0, 0) and contact == "":
         return False
@@ -828,9 +815,6 @@ def _turns(gait: Gait, part: str) -> bool:
             f"two more, and {part}_hinge must be six numbers"
         )
     return True
-
-
-_OF_TURN = ("hinge", "knots", "coefficients")
 
 
 def _increase(knots: Array) -> bool:

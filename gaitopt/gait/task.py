@@ -11,18 +11,16 @@ from dataclasses import asdict, field, fields, replace
 from functools import cached_property, partial
 from typing import Any
 
-from gaitopt.bounds import POSTURES, at_most, is_finite, must_be, shown
+from gaitopt.bounds import POSTURES, USABLE, at_most, is_finite, is_of_use, must_be, shown
 from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, there_are
 from gaitopt.gait.constraint import (
-    USABLE,
     Constraint,
     Margin,
     check_declaration,
     check_relaxation,
     declared_margins,
-    is_of_use,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second

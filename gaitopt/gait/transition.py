@@ -121,6 +121,7 @@ class Transition(Recorded):
     urdf: str = field(init=False)
     stance_sole: str = field(init=False)
     swing_sole_frame: str = field(init=False)
+    lateral_speed = turn_rate = 0.0  # it leads straight on
 
     def __post_init__(self) -> None:
         if not self.steps or any(len(one.phases) > 1 or one.second for one in self.every):
@@ -210,16 +211,6 @@ class Transition(Recorded):
     def step_length(self) -> float:
         """Length of a step of that walk [m]."""
         return 0.0 if self.after is None else self.after.step_length
-
-    @property
-    def lateral_speed(self) -> float:
-        """Zero: it leads straight on [m/s]."""
-        return 0.0
-
-    @property
-    def turn_rate(self) -> float:
-        """Zero: it leads straight on [rad/s]."""
-        return 0.0
 
     @cached_property
     def trajectory(self) -> StepSequence:  # type: ignore[override]
