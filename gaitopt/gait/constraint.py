@@ -339,11 +339,6 @@ class ConstraintBlock:
         return isinstance(self.function, Entries) and self.function.identity
 
     @cached_property
-    def per_unit(self) -> Array:
-        """One over the scale of each row, shape (r, 1)."""
-        return 1.0 / self.scale[:, None]
-
-    @cached_property
     def where(self) -> NDArray[np.int_] | slice:
         """The instants, as a slice if they are consecutive: then nothing is copied."""
         if self.instants.size == 0 or np.any(np.diff(self.instants) != 1):

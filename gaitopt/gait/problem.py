@@ -177,13 +177,14 @@ class WalkProblem(NLP):
         self.model = self.each[0]
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
-        self.rows = Rows(
-            np.concatenate([(b.lower / b.scale).ravel() for b in self.blocks]),
-            np.concatenate([(b.upper / b.scale).ravel() for b in self.blocks]),
+        scales, lower, upper = (
+            np.concatenate([table.ravel() for table in tables])
+            for tables in zip(
+                *((np.full(b.lower.shape, b.scale), b.lower, b.upper) for b in self.blocks),
+                strict=True,
+            )
         )
-        self._row_scales = np.concatenate(
-            [np.full(b.lower.shape, b.scale).ravel() for b in self.blocks]
-        )
+        self.rows, self._row_scales = Rows(lower / scales, upper / scales), scales
         ends = accumulate([b.size for b in self.blocks])
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
 
@@ -326,48 +327,60 @@ class WalkProblem(NLP):
         """
         found: list[Table | Product] = []
         table, first = np.empty((self.rows.lower.size, self.layout.size)), 0
-        for block, rows in zip(self.blocks, self._slices, strict=True):
+        for block, rows, per_unit in zip(self.blocks, self._slices, self._per_units, strict=True):
             product = jacobians.products.get(block.reads[0])
             kept = product is not None or block.size * self.layout.size > _LARGE
             if not (kept and block.whole(step.values)):
                 slopes = block.function.chained(block.take(step.values), block.take(jacobians))
-                np.multiply(slopes, block.per_unit, out=table[rows].reshape(slopes.shape))
+                np.multiply(slopes, per_unit, out=table[rows].reshape(slopes.shape))
                 continue
             if first < rows.start:
                 found.append(Table(table[first : rows.start]))
-            per_unit, first = 1.0 / block.scale, rows.stop
+            first = rows.stop
             if product is None:
-                found.append(Table(jacobians[block.reads[0]], per_unit))
+                found.append(Table(jacobians[block.reads[0]], 1.0 / block.scale))
             else:
-                found.append(replace(product, per_unit=per_unit))
+                found.append(replace(product, per_unit=1.0 / block.scale))
         return [*found, Table(table[first:])] if first < len(table) else found
+
+    @cached_property
+    def _per_units(self) -> list[Array]:
+        """One over the scales of each block's rows, for their derivatives in x, (r, P) each."""
+        size = self.layout.size
+        return [np.repeat(1.0 / block.scale, size).reshape(-1, size) for block in self.blocks]
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""
         step = self.whole(x)
-        weights, weighed = StepWeights.zero(step), multipliers / self._row_scales
-        for block, rows in zip(self.blocks, self._slices, strict=True):
-            y = weighed[rows].reshape(block.lower.shape)
-            if y.any():
-                first = block.function.vjp(block.take(step.values), y)
-                weights.add(block.reads, block.where, first, None)
+        weights = StepWeights.zero(step)
+        for block, y in self._weighed(multipliers):
+            first = block.function.vjp(block.take(step.values), y)
+            weights.add(block.reads, block.where, first, None)
         for one, first in self.cost.gradient(step).items():
             weights.first[one] += cost_weight * first
         return weights.first
+
+    def _weighed(self, multipliers: Array) -> Iterator[tuple[ConstraintBlock, Array]]:
+        """Yield the blocks with multipliers, and these over the rows' scales, shape (K, r)."""
+        weighed = multipliers / self._row_scales
+        pushing = np.flatnonzero(weighed)
+        before = 0
+        for block, rows in zip(self.blocks, self._slices, strict=True):
+            upto = int(pushing.searchsorted(rows.stop))
+            if before < upto:
+                yield block, weighed[rows].reshape(block.lower.shape)
+            before = upto
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
         found = self._derivatives(x)
         step = found.whole
         weights = StepWeights.zero(step)
-        weighed = multipliers / self._row_scales
-        for block, rows in zip(self.blocks, self._slices, strict=True):
-            y = weighed[rows].reshape(block.lower.shape)
-            if y.any():
-                entries = block.take(step.values)
-                weights.add(
-                    block.reads, block.where,
-                    block.function.vjp(entries, y), block.function.hessian(entries, y),
-                )  # fmt: skip
+        for block, y in self._weighed(multipliers):
+            entries = block.take(step.values)
+            weights.add(
+                block.reads, block.where,
+                block.function.vjp(entries, y), block.function.hessian(entries, y),
+            )  # fmt: skip
         if cost_weight != 0.0:
             for one, first in self.cost.gradient(step).items():
                 weights.first[one] += cost_weight * first

@@ -7,7 +7,7 @@ end), so a whole motion is one matrix product, and so is its derivative with res
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import comb
 
 import numpy as np
@@ -17,6 +17,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.nlp import Array
 
 _VALUE_POWERS = np.array([0.0, -1.0, -2.0])  # of T, for q, dq, ddq per unit of a knot value
+_GRIDS = 16  # of knots: a design has one, or a few where feet turn or both stand
 _KEPT = 6  # maps: of two durations, as of a trial point and the one before it
 _RATE_POWERS = np.array([1.0, 0.0, -1.0])  # of T, for q, dq, ddq per unit of an end rate
 
@@ -171,7 +172,7 @@ def spline_basis(knots: Array, instants: Array) -> SplineBasis:
         instants: within [0, 1], shape (N,).
     """
     size = knots.size
-    second = _knot_second_derivatives(knots)
+    second = _knot_second_derivatives(tuple(knots.tolist()))
     values = np.eye(size, size + 2)
     piece = np.clip(np.searchsorted(knots, instants, side="right") - 1, 0, size - 2)
     h = np.diff(knots)[piece][:, None]
@@ -253,13 +254,14 @@ def bernstein(share: Array, degree: int = 3) -> Array:
     return np.asarray(ways * s**k * (1.0 - s) ** (degree - k))
 
 
-def _knot_second_derivatives(knots: Array) -> Array:
-    """Second derivatives at the knots as a map of the coefficients, shape (n, n + 2).
+@lru_cache(maxsize=_GRIDS)
+def _knot_second_derivatives(knots: tuple[float, ...]) -> Array:
+    """Second derivatives at the knots as a map of the coefficients, shape (n, n + 2), read-only.
 
     Continuity of the first derivative at the inner knots and the given end rates make a tridiagonal
     system (de Boor, 2001, chapter IV).
     """
-    size = knots.size
+    size = len(knots)
     h = np.diff(knots)
     matrix, rhs = np.zeros((size, size)), np.zeros((size, size + 2))
     slope = np.zeros((size - 1, size + 2))
@@ -274,4 +276,6 @@ def _knot_second_derivatives(knots: Array) -> Array:
     for i in range(1, size - 1):
         matrix[i, i - 1 : i + 2] = h[i - 1] / 6, (h[i - 1] + h[i]) / 3, h[i] / 6
         rhs[i] = slope[i] - slope[i - 1]
-    return np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)
+    found = np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)
+    found.setflags(write=False)
+    return found

@@ -255,6 +255,7 @@ class StepModelBase(ABC):
         m = motion.shape[1] // 3
         h = m - self.layout.joints
         angles = motion[:, :m]
+        yaw = self._yaw_jacobian(yaw_end) if quantities.TRUNK in local.optional else None
         hinges = motion.reshape(count, 3, m, -1)[:, :, :h]
         return {
             quantities.TORQUE: effort[:, 6 + h :],
@@ -269,7 +270,7 @@ class StepModelBase(ABC):
             quantities.FOOT_TURN: foot_turn_rows(hinges),
             quantities.PEAK: self._peak_in_x,
             quantities.ADVANCE: np.zeros((1, 0, motion.shape[2])),
-            **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
+            **chained(local.optional, angles, yaw),
         }
 
     @cached_property
@@ -290,7 +291,8 @@ class StepModelBase(ABC):
         """The optional quantities, from what was read off the bodies."""
         start, count = opening.geometry[FOOT_YAW], self.grid.count
         found = completed(read, start + self.grid.instants * (yaw_end - start), count)
-        found[quantities.PEAK] = np.tile(opening.z[self.layout.largest], (count, 1))
+        peak = opening.z[self.layout.largest]
+        found[quantities.PEAK] = np.full((count, peak.size), peak)
         return found
 
 
@@ -418,16 +420,9 @@ class StepModel(StepModelBase):
             *posture, rate = z[self._at_flat]
             flat = self._flat_impact.at(np.array(posture), float(rate))
             rates = [z[self.layout.flat], z[self.layout.flat] + flat.jump]
-        coefficients = np.vstack(
-            [
-                opening.posture.q_start,
-                z[self.layout.knots].reshape(-1, self.layout.joints),
-                *rates,
-                landing.q_end,
-                self.exchange @ before.rate_after,
-                landing.rate_before,
-            ]
-        )
+        last = [*rates, landing.q_end, self.exchange @ before.rate_after, landing.rate_before]
+        knots = z[self.layout.knots].reshape(-1, self.layout.joints)
+        coefficients = np.concatenate([opening.posture.q_start[None], knots, last])
         motion = self._motion(coefficients, geometry)
         foot = self._foot_motion(z, before.turn_rate, geometry)
         return Course(coefficients, motion, foot, flat)

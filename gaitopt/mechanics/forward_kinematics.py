@@ -72,7 +72,9 @@ class ForwardKinematics:
     def placed(self, q: Array) -> Placements:
         """Return the placements at postures q (N, n) [rad], joint after joint outwards."""
         angles = q.T
-        turned = np.stack([np.ones(angles.shape), np.sin(angles), np.cos(angles)], axis=2)
+        turned = np.ones((*angles.shape, 3))
+        np.sin(angles, out=turned[..., 1])
+        np.cos(angles, out=turned[..., 2])
         local = (turned @ self._local).reshape(*angles.shape, 4, 4)
         world = np.empty((len(local) + 1, *local.shape[1:]))
         world[0] = np.eye(4)
@@ -181,11 +183,10 @@ def corner_jacobian(axes: Array, corners: Array) -> Array:
         axes: joint motion axes in the world, shape (N, j, 6).
         corners: positions in the world [m], shape (N, 4, 3).
     """
-    count, points, _ = corners.shape
-    of_twist = np.empty((count, points, 3, 6))  # of the body to velocity of the point
-    of_twist[..., :3], of_twist[..., 3:] = np.eye(3), -skew(corners)
-    jacobian = of_twist.reshape(count, -1, 6) @ axes.swapaxes(1, 2)
-    return np.asarray(jacobian.reshape(count, points, 3, -1))
+    turned = skew(-corners).reshape(len(corners), -1, 3) @ axes[:, :, 3:].swapaxes(1, 2)
+    jacobian = turned.reshape(*corners.shape, -1)
+    jacobian += axes[:, None, :, :3].swapaxes(2, 3)
+    return np.asarray(jacobian)
 
 
 def corner_hessian(axes: Array, jacobian: Array, weights: Array) -> Array:

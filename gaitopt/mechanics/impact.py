@@ -562,14 +562,13 @@ class WeightedImpact:
             np.array([self.rate_after[legs], rates[legs]]),
             np.array([state.sole_twist, base]),
         )
-        impulse = self.foot.act(pin.Force(state.impulse)).vector
-        push = self.foot.act(pin.Force(landing)).vector
+        on_forces = self.foot.toDualActionMatrix()  # its transpose takes motions back
+        push, impulse = on_forces @ landing, on_forces @ state.impulse
         qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE + rest))
         qq[legs, legs] = velocity_hessian(axes, both, np.array([push, -impulse])).sum(axis=0)
         by_rate, by_result[legs, :BASE] = velocity_rate_hessian(axes, push)
         by_result[legs, BASE : BASE + len(axes)] = by_rate
-        in_sole = self.foot.toActionMatrixInverse()
-        by_result[legs, BASE + n : 2 * BASE + n] = -both[1] @ in_sole.T
+        by_result[legs, BASE + n : 2 * BASE + n] = -both[1] @ on_forces
         return qq, by_result
 
 

@@ -126,6 +126,7 @@ class LegKinematics:
         matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
         free = self._free if own is None else own
         square, q = matrix.shape[0] == matrix.shape[1] == len(free), q.copy()
+        moved = slice(None) if len(free) == len(q) else free
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = robot.coupling.angles(q)
             J = pin.computeJointJacobians(model, data, self._q)
@@ -145,7 +146,7 @@ class LegKinematics:
             largest = float(np.abs(step).max())
             if not math.isfinite(largest):
                 break
-            q[free] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
+            q[moved] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
             if largest < _LAST_STEP:
                 return q
         if (own is not None or self._few) and np.isfinite(q).all():

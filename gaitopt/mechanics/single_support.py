@@ -4,9 +4,9 @@ The effort is [R0; Gamma] of Eq. (1) for the rigid bodies, plus what the joints 
 (damping, Coulomb friction, springs; docs/physics.md), less the weight that is carried from outside.
 Motion and torques are those of the n joints that follow no other (see `Coupling`).
 
-One `pin.Data` serves all instants, and its results are live views that are copied out after each:
-faster than a Data per instant, whose 0.4 MB each leave the processor's caches (measured: a third at
-31 instants, two fifths at 301).
+One `pin.Data` serves all instants, and all walks of a robot in a thread; its results are live views
+that are copied out after each: faster than a Data per instant, whose 0.4 MB each leave the
+processor's caches (measured: a third at 31 instants, two fifths at 301).
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class SupportDerivatives:
             Those of the N instants; those of the further ones, of all joints.
         """
         of_free, weights = weights, self.motion.tangent.velocity(weights)
-        base = np.broadcast_to(-self.gravity, (len(weights), 6))
+        base = np.full((len(weights), 6), -self.gravity)
         q, dq, ddq = self.motion.of_all
         at = WeightedDynamics(self.axes, q, dq, ddq, base, weights)
         if then is not None:
@@ -131,6 +131,21 @@ class SupportDerivatives:
         return self.motion.tangent.reduced_twice(by_all, gradient)
 
 
+class _Workspace:
+    """What is the same for all walks of a robot, and views of Pinocchio's results for it."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.data = data = robot.model.createData()
+        self.neutral = pin.neutral(robot.model)
+        frame = robot.model.frames[robot.swing_frame]
+        points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
+        self.corners_in_last = points
+        self.effort, self.axes = data.tau, data.J[:, 6:].T
+        self.slopes = [getattr(data, name)[:, 6:] for name in ("dtau_dq", "dtau_dv", "M")]
+        last = data.oMi[frame.parentJoint]
+        self.rotation, self.origin = last.rotation, last.translation
+
+
 class SingleSupport:
     """Evaluates Eq. (1) at a fixed number of instants."""
 
@@ -138,26 +153,11 @@ class SingleSupport:
         self.robot = robot
         self.count = count
         model = robot.model
-        self._data = model.createData()
-        self._q = np.tile(pin.neutral(model), (count, 1))
+        self._q = np.full((count, model.nq), cached_workspace(robot, _Workspace).neutral)
         self._v = np.zeros((count, model.nv))
         self._a = np.zeros((count, model.nv))
         self._instants = list(zip(self._q, self._v, self._a, strict=True))  # views
-        frame = model.frames[robot.swing_frame]
-        points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
-        self._corners_in_last = points
-        self._bodies = cached_workspace(robot, body_inertias)
         self._joints = robot.physics.passive
-        self._bind_views(frame.parentJoint)
-
-    def _bind_views(self, last: int) -> None:
-        """Bind Pinocchio's results once: these arrays follow the Data they belong to."""
-        data = self._data
-        self._effort = data.tau
-        self._slopes = [getattr(data, name)[:, 6:] for name in ("dtau_dq", "dtau_dv", "M")]
-        self._axes = data.J[:, 6:].T
-        self._rotation = data.oMi[last].rotation
-        self._origin = data.oMi[last].translation
 
     @property
     def _carried(self) -> GravityCompensation | None:
@@ -170,7 +170,7 @@ class SingleSupport:
 
     def _load(self, q: Array, dq: Array, ddq: Array) -> CoupledMotion:
         """Take a motion of free joints; return that of all."""
-        motion = self.robot.coupling.motion(np.stack([q, dq, ddq]))
+        motion = self.robot.coupling.motion(np.array([q, dq, ddq]))
         self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = motion.of_all
         return motion
 
@@ -178,19 +178,20 @@ class SingleSupport:
         """Return wrench, torques and swing foot at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
         motion_of_all = self._load(q, dq, ddq)
         q, dq, _ = motion_of_all.of_all
-        model, data = self.robot.model, self._data
+        model, at = self.robot.model, cached_workspace(self.robot, _Workspace)
+        data = at.data
         effort = np.empty((self.count, model.nv))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
         for k, motion in enumerate(self._instants):
             pin.rnea(model, data, *motion)
             pin.updateGlobalPlacements(model, data)
-            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
+            effort[k], rotation[k], origin[k] = at.effort, at.rotation, at.origin
         if (carried := self._carried) is not None:
             effort -= carried.effort(q)
         if self._joints is not None:
             effort[:, 6:] += passive_torque(self._joints, q, dq).value
         effort = motion_of_all.tangent.effort(effort)
-        return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
+        return SupportState(effort, corner_positions(rotation, origin, at.corners_in_last))
 
     def derivatives(
         self, q: Array, dq: Array, ddq: Array
@@ -198,8 +199,8 @@ class SingleSupport:
         """Return the state and its exact derivatives at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
         motion = self._load(q, dq, ddq)
         q, dq, _ = motion.of_all
-        model, data = self.robot.model, self._data
-        by_position, by_rate, by_acceleration = self._slopes
+        model, at = self.robot.model, cached_workspace(self.robot, _Workspace)
+        data, (by_position, by_rate, by_acceleration) = at.data, at.slopes
         tree, n = self.robot.tree, self.robot.tree.size
         effort = np.empty((self.count, 6 + n))
         jacobian = np.empty((self.count, 6 + n, 3 * n))
@@ -208,9 +209,9 @@ class SingleSupport:
         of_q, of_dq, of_ddq = (jacobian[:, :, k * n : (k + 1) * n] for k in range(3))
         for k, instant in enumerate(self._instants):
             pin.computeRNEADerivatives(model, data, *instant)
-            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
+            effort[k], rotation[k], origin[k] = at.effort, at.rotation, at.origin
             of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
-            axes[k] = self._axes
+            axes[k] = at.axes
         if (carried := self._carried) is not None:
             unneeded, unneeded_slope = carried.derivatives(q)
             effort -= unneeded
@@ -221,7 +222,7 @@ class SingleSupport:
             each = np.arange(n)
             of_q[:, 6 + each, each] += passive.by_angle
             of_dq[:, 6 + each, each] += passive.by_rate
-        corners = corner_positions(rotation, origin, self._corners_in_last)
+        corners = corner_positions(rotation, origin, at.corners_in_last)
         of_all, tangent = (effort, jacobian), motion.tangent
         if not tangent.of.none:
             effort = tangent.effort(effort)
@@ -238,7 +239,7 @@ class SingleSupport:
             axes=axes,
             motion=motion,
             of_all=of_all,
-            bodies=self._bodies,
+            bodies=cached_workspace(self.robot, body_inertias),
             tree=tree,
             gravity=model.gravity.vector,
             passive=passive,

@@ -119,7 +119,7 @@ _OF_PSEUDO = _inertia_of_pseudo()
 
 
 def world_inertias(pseudo: Array, frames: Array) -> Array:
-    """Return spatial inertias about the world origin, shape (N, b, 6, 6).
+    """Return spatial inertias about the world origin, shape (N, b, 6, 6), in memory (6, 6, N, b).
 
     Args:
         pseudo: `pseudo_inertia` of the b bodies, shape (b, 4, 4).
@@ -127,8 +127,9 @@ def world_inertias(pseudo: Array, frames: Array) -> Array:
     """
     turned = np.matmul(frames.reshape(len(frames), -1, 4), pseudo).reshape(frames.shape)
     in_world = turned @ frames.swapaxes(2, 3)
-    by_posture = np.ascontiguousarray(in_world.swapaxes(0, 1))
-    return (by_posture.reshape(-1, 16) @ _OF_PSEUDO).reshape(*by_posture.shape[:2], 6, 6)
+    bodies, count = frames.shape[:2]
+    found: Array = _OF_PSEUDO.T @ in_world.transpose(2, 3, 1, 0).reshape(16, -1)
+    return found.reshape(6, 6, count, bodies).transpose(2, 3, 0, 1)
 
 
 def joined(upper: Array, lower: Array) -> Array:
