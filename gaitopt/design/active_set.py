@@ -7,6 +7,7 @@ from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.design.extremes import Extreme, located
@@ -16,6 +17,7 @@ from gaitopt.nlp import Array
 from gaitopt.tolerances import REFINED
 
 DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
+_SAME_INSTANT = 0.6e-12  # difference of instants that are the same to so many digits
 ACTIVE_MULTIPLIER = 1e-9  # scaled multiplier below which a limit counts as idle
 END_APPROACH = (
     10.0  # by which a row that vanishes at the end is held nearer to it, round after round
@@ -65,30 +67,32 @@ class ActiveRow:
 def active_rows(problem: WalkProblem, multipliers: Array) -> tuple[ActiveRow, ...]:
     """Return the active rows of a walk from the multipliers of its rows (m,)."""
     found = []
-    for constraint in problem.blocks:
-        block = multipliers[problem.rows_of(constraint.name)].reshape(constraint.lower.shape)
-        for instant, entry in np.argwhere(np.abs(block) > ACTIVE_MULTIPLIER):
-            at, multiplier = _instant(constraint, int(instant)), float(block[instant, entry])
-            found.append(ActiveRow(constraint.name, int(entry), at, multiplier))
+    for number in np.flatnonzero(np.abs(multipliers) > ACTIVE_MULTIPLIER):
+        at = problem.address(int(number))
+        instant = _instant(at.block, at.instant)
+        found.append(ActiveRow(at.block.name, at.entry, instant, float(multipliers[number])))
     return tuple(found)
 
 
 def placed(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
     """Return multipliers (m,) for a walk on another grid; rows it lacks are left out."""
     multipliers = np.zeros(problem.rows.lower.size)
-    rows = {
-        block.name: (block, {_instant(block, row): row for row in range(len(block.lower))})
-        for block in problem.blocks
-    }
+    blocks = {block.name: block for block in problem.blocks}
     for one in active:
-        if one.constraint not in rows:
-            continue
-        constraint, known = rows[one.constraint]
-        row = known.get(round(one.instant, DIGITS))
-        if row is not None and one.entry < constraint.lower.shape[1]:
-            block = multipliers[problem.rows_of(one.constraint)].reshape(constraint.lower.shape)
-            block[row, one.entry] += one.multiplier
+        block = blocks.get(one.constraint)
+        row = None if block is None else _row(block, one.instant)
+        if block is not None and row is not None and one.entry < block.lower.shape[1]:
+            first = problem.rows_of(one.constraint).start
+            multipliers[first + row * block.lower.shape[1] + one.entry] += one.multiplier
     return multipliers
+
+
+def is_among(times: Array, instants: Array) -> NDArray[np.bool_]:
+    """Return which times (K,) are one of some instants (N,), ascending, shape (K,)."""
+    if not instants.size:
+        return np.zeros(times.size, dtype=bool)
+    after = np.searchsorted(instants, times - _SAME_INSTANT).clip(max=instants.size - 1)
+    return np.asarray(np.abs(instants[after] - times) < _SAME_INSTANT)
 
 
 def instants_of(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
@@ -210,3 +214,11 @@ def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[Ac
 
 def _instant(constraint: ConstraintBlock, row: int) -> float:
     return float(row) if constraint.times is None else round(float(constraint.times[row]), DIGITS)
+
+
+def _row(constraint: ConstraintBlock, instant: float) -> int | None:
+    """Return the row of an instant as `_instant` tells it, None where there is none."""
+    if constraint.times is None:
+        return int(instant) if instant in range(len(constraint.lower)) else None
+    near = np.flatnonzero(np.abs(constraint.times - instant) < _SAME_INSTANT)
+    return int(near[-1]) if near.size else None

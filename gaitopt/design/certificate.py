@@ -510,7 +510,8 @@ def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[st
         if at_ends[one.constraint] or _inside(one.instant, fine.edges) == one.instant:
             worst.setdefault(one.constraint, one)
     for one in extremes:
-        worst.setdefault(one.constraint, replace(one, instant=_inside(one.instant, fine.edges)))
+        if one.constraint not in worst:
+            worst[one.constraint] = replace(one, instant=_inside(one.instant, fine.edges))
     return worst
 
 

@@ -113,10 +113,6 @@ class _Piece:
         """Estimated error of every column, shape (C,)."""
         return np.asarray(SAFETY * np.abs(self.coefficients[-TAIL:]).sum(axis=0))
 
-    def instant(self, x: Array | float) -> Array:
-        """Return s of places in [-1, 1]."""
-        return np.asarray(self.start + 0.5 * (np.asarray(x) + 1.0) * (self.end - self.start))
-
 
 def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[Extreme, ...]:
     """Return the extremes of every row that is looked at over the whole step.
@@ -201,12 +197,15 @@ def _unclear(piece: _Piece) -> bool:
 
     A limit that is exceeded by far more is exceeded; by how much, a later round will tell.
     """
-    errors, dense = piece.errors, piece.dense
+    unsure = np.flatnonzero(piece.errors > LOCATED)
+    if not unsure.size or piece.depth >= DEPTH:
+        return False
+    errors, dense = piece.errors[unsure], piece.dense[:, unsure]
     least = dense.min(axis=0)
     bent = dense[:-2] - 2.0 * dense[1:-1] + dense[2:]
     dip = np.maximum(bent, 0.0).max(axis=0) / 8.0  # of a parabola between two of its points
-    near = (errors > LOCATED) & (least - dip < errors) & (-least < BEYOND * errors)
-    return piece.depth < DEPTH and bool(near.any())
+    near = (least - dip < errors) & (-least < BEYOND * errors)
+    return bool(near.any())
 
 
 def _parts(piece: _Piece) -> list[tuple[float, float]]:
@@ -349,29 +348,27 @@ def _polished(
     """
     if not numbers.size:
         return
-    coefficients = np.stack(
-        [pieces[n].coefficients[:, c] for n, c in zip(numbers, columns, strict=True)], axis=1
-    )
+    coefficients = np.stack([piece.coefficients for piece in pieces])[numbers, :, columns].T
     at = _dense_points()
     low, high = at[np.maximum(points - 1, 0)], at[np.minimum(points + 1, DENSE - 1)]
     places, margins, bends = _minima(coefficients, low, high, at[points])
-    for number, column, place, margin, bend in zip(
-        numbers, columns, places, margins, bends, strict=True
-    ):
+    bounds = np.array([(piece.start, piece.end) for piece in pieces])
+    lengths = np.diff(bounds, axis=1)[:, 0]
+    instants = bounds[numbers, 0] + 0.5 * (places + 1.0) * lengths[numbers]
+    curvatures = bends * (2.0 / lengths[numbers]) ** 2
+    at_ends = np.abs(steps[:, None, None] - bounds).min(axis=0) < 2.0 * AFTER
+    found = (numbers, columns, instants, margins, curvatures)
+    for number, column, instant, margin, bend in zip(*(a.tolist() for a in found), strict=True):
         piece = pieces[number]
-        ends = [
-            piece.dense[k, column]
-            for k in (0, -1)
-            if np.abs(steps - piece.instant(at[k])).min() < 2.0 * AFTER
-        ]
+        ends = [piece.dense[k, column] for k in (0, -1) if at_ends[number, k]]
         yield Extreme(
             constraint=sides.names[column],
             entry=int(sides.entry[column]),
-            instant=float(piece.instant(place)),
-            margin=float(margin),
+            instant=instant,
+            margin=margin,
             error=float(piece.errors[column]),
             upper=bool(sides.upper[column]),
-            curvature=float(bend) * (2.0 / (piece.end - piece.start)) ** 2,
+            curvature=bend,
             at_end=float(min(ends, default=np.inf)),
         )
 
@@ -383,17 +380,25 @@ def _minima(coefficients: Array, low: Array, high: Array, x: Array) -> tuple[Arr
 
     Newton's method on the derivative, halving the bracket where a step would leave it.
     """
-    first: Array = np.pad(chebyshev.chebder(coefficients), ((0, 1), (0, 0)))
-    second: Array = np.pad(chebyshev.chebder(coefficients, 2), ((0, 2), (0, 0)))
+    series = [matrix @ coefficients for matrix in _slopes()]
     begin = x
     for _ in range(NEWTON):
-        d1, d2 = _sum(x, first), _sum(x, second)
+        terms = _terms(x)
+        d1, d2 = ((terms.T * one).sum(axis=0) for one in series)
         low, high = np.where(d1 > 0.0, low, x), np.where(d1 > 0.0, x, high)
         step = x - d1 / np.where(d2 > 0.0, d2, 1.0)
         x = np.where((d2 > 0.0) & (low <= step) & (step <= high), step, 0.5 * (low + high))
     better = _sum(x, coefficients) <= _sum(begin, coefficients)
     x = np.where(better, x, begin)
-    return x, _sum(x, coefficients), _sum(x, second)
+    return x, _sum(x, coefficients), _sum(x, series[1])
+
+
+@lru_cache(maxsize=1)
+def _slopes() -> tuple[Array, Array]:
+    """Matrices (NODES, NODES) from coefficients of a series to those of its two derivatives."""
+    one = np.eye(NODES)
+    first, second = (np.pad(chebyshev.chebder(one, k), ((0, k), (0, 0))) for k in (1, 2))
+    return np.asarray(first), np.asarray(second)
 
 
 def _sum(x: Array, coefficients: Array) -> Array:

@@ -47,6 +47,7 @@ from gaitopt.design.active_set import (
     active_rows,
     exceeded,
     instants_of,
+    is_among,
     moved,
     placed,
     sharpened,
@@ -302,25 +303,29 @@ class _Stage:
         self.problem = sparse.with_grid(grid.with_instants(beside))
         self.held = held
         self._blocks = {block.name: block for block in self.problem.blocks}
-        self.nlp = _Masked(self.problem, self._idle(beside))
+        self.numbers = [self._number(one.row) for one in held]
+        self.nlp = _Masked(self.problem, self._idle(grid.count))
 
-    def _idle(self, beside: Array) -> NDArray[np.bool_]:
+    def _idle(self, count: int) -> NDArray[np.bool_]:
         """Return the rows that are no limits here, shape (m,).
 
         Those at instants at which only derivatives are wanted, and those next to an extreme of the
         same row, which have nearly its gradient and keep their limit if it does.
+
+        Args:
+            count: of the instants, the first ones, at which not only derivatives are wanted.
         """
         idle: NDArray[np.bool_] = np.zeros(self.problem.rows.lower.size, dtype=bool)
+        beside = np.sort(self.problem.grid.instants[count:])
         for block in self.problem.blocks:
             if block.times is None:
                 continue
             part = idle[self.problem.rows_of(block.name)].reshape(block.lower.shape)
-            part[np.isin(np.round(block.times, DIGITS), beside)] = True
+            part[is_among(block.times, beside)] = True
             for one in self.moving:
                 if one.row.constraint == block.name:
                     part[np.abs(block.times - one.row.instant) < MERGED, one.row.entry] = True
-        for one in self.held:
-            idle[self._number(one.row)] = False
+        idle[self.numbers] = False
         return idle
 
     def _number(self, row: ActiveRow, later: float = 0.0) -> int:
@@ -333,13 +338,14 @@ class _Stage:
     def step(self, x: Array, solver: SQP, last: float) -> ElasticStep | None:
         """Return the step from x in scaled variables; `last` is the length of the one before."""
         nlp, scale = self.nlp, self.nlp.variables.scale
-        multipliers = placed(self.problem, (one.row for one in self.held))
+        multipliers = np.zeros(nlp.rows.lower.size)
+        np.add.at(multipliers, self.numbers, [one.row.multiplier for one in self.held])
         point = nlp.point(x)
         iterate = make_iterate(nlp, point, multipliers, np.zeros(x.size))
         hessian = nlp.hessian(x, multipliers, nlp.cost_scale)
-        self.slopes = [self._slope(point, one) for one in self.moving]
-        for one, slope in zip(self.moving, self.slopes, strict=True):
-            hessian += abs(one.row.multiplier) / one.bend * np.outer(slope, slope)
+        self.slopes = self._slopes(point)
+        bent = np.array([abs(one.row.multiplier) / one.bend for one in self.moving])
+        hessian = hessian + self.slopes.T @ (bent[:, None] * self.slopes)
         hessian = 0.5 * (hessian + hessian.T) * np.outer(scale, scale)
         penalty = initial_penalty(nlp, iterate, solver.penalty)
         reach = min(WARM_RADIUS, 2.0 * last)
@@ -361,11 +367,13 @@ class _Stage:
                 return step
             penalty *= RAISE  # multipliers of a row grow where it is held nearer to such an end
 
-    def _slope(self, point: Point, one: _Held) -> Array:
-        """Return g_xs of a row, shape (P,)."""
-        both = np.array([self._number(one.row), self._number(one.row, DELTA)])
-        here, beside = (point.slopes[number] for number in both[:, None])
-        return np.asarray((beside - here)[0] / DELTA)
+    def _slopes(self, point: Point) -> Array:
+        """Return g_xs of the rows that move, shape (K, P)."""
+        here = [k for k, one in zip(self.numbers, self.held, strict=True) if one.bend > 0.0]
+        both = np.array([here, [self._number(one.row, DELTA) for one in self.moving]], dtype=int)
+        rows, at = np.unique(both, return_inverse=True)
+        now, later = point.slopes[rows][at.reshape(both.shape)]
+        return np.asarray((later - now) / DELTA)
 
     def after(self, x: Array, step: ElasticStep) -> tuple[Array, tuple[_Held, ...]]:
         """Return where a step leads: parameters, and the rows where their extremes will be."""
@@ -377,11 +385,11 @@ class _Stage:
             shift = float(np.clip(shift if one.upper else -shift, -FARTHEST, FARTHEST))
             instants[id(one)] = float(np.clip(one.row.instant + shift, 0.0, 1.0))
         multipliers, held = step.multipliers.copy(), []
-        for one in self.held:
-            number = self._number(one.row)
+        for one, number in zip(self.held, self.numbers, strict=True):
             pressure, multipliers[number] = float(multipliers[number]), 0.0
             instant = round(instants[id(one)], DIGITS)  # or the row's number, see `ActiveRow`
-            held.append(replace(one, row=replace(one.row, instant=instant, multiplier=pressure)))
+            row = ActiveRow(one.row.constraint, one.row.entry, instant, pressure)
+            held.append(_Held(row, one.upper, one.bend))
         others = active_rows(self.problem, multipliers)
         return moved, (*held, *(_Held(row, row.multiplier > 0.0) for row in others))
 

@@ -112,7 +112,9 @@ class WalkProblem(NLP):
     """What the first step begins with and the last one ends in; None where they repeat."""
     _last_step: Step | Steps | None = None
     _last_derivatives: _Derivatives | None = None
+    _last_values: Values | None = None
     _last_point: Point | None = None
+    _last_hessian: tuple[Array, Array, float, Array] | None = None  # after its three arguments
 
     def __init__(
         self,
@@ -305,7 +307,9 @@ class WalkProblem(NLP):
 
     def values(self, x: Array) -> Values:
         step = self.whole(x)
-        return Values(step.x, self.cost.value(step), self._row_values(step))
+        if self._last_values is None or self._last_values.x is not step.x:
+            self._last_values = Values(step.x, self.cost.value(step), self._row_values(step))
+        return self._last_values
 
     def point(self, x: Array) -> Point:
         found = self._derivatives(x)
@@ -316,8 +320,7 @@ class WalkProblem(NLP):
         for one, weight in self.cost.gradient(step).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         slopes = RowSlopes(self._slopes(step, jacobians))
-        values = Values(step.x, self.cost.value(step), self._row_values(step))
-        self._last_point = WalkPoint(values, gradient, slopes)
+        self._last_point = WalkPoint(self.values(x), gradient, slopes)
         return self._last_point
 
     def _slopes(self, step: Step | Steps, jacobians: Jacobians) -> list[Table | Product]:
@@ -372,6 +375,10 @@ class WalkProblem(NLP):
             before = upto
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
+        if (last := self._last_hessian) is not None:
+            *known, weight, H = last
+            if weight == cost_weight and all(map(np.array_equal, known, (x, multipliers))):
+                return H.copy()
         found = self._derivatives(x)
         step = found.whole
         weights = StepWeights.zero(step)
@@ -387,7 +394,10 @@ class WalkProblem(NLP):
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)
         H = self._bent(found, weights)
-        return H if cost_weight == 0.0 else H + self._between_rows(found, cost_weight)
+        if cost_weight != 0.0:
+            H = H + self._between_rows(found, cost_weight)
+        self._last_hessian = x.copy(), multipliers.copy(), cost_weight, H.copy()
+        return H
 
     def cost_curvature(self, x: Array) -> Array | None:
         """Return the Hessian of the cost as if its quantities were linear in x, see `NLP`.
