@@ -85,6 +85,7 @@ from gaitopt.tolerances import FEASIBLE, REFINED
 STEPS = 10  # at most
 SETTLED = 1e-3  # scaled length of a step after which the instants are known well enough
 CONTRACTION = 0.5  # of a step by the next; less is no quadratic convergence
+NEAR = 1e-2  # scaled length of a step up to which extremes need not be renewed
 RENEWED = 0.2  # of a step by the next; less tells that extremes bend otherwise than they did
 DELTA = 1e-4  # of the period, between the two Jacobians of which g_xs is the difference
 LEAST_BEND = 1e-2  # scaled second derivative in s; flatter extremes do not move
@@ -102,12 +103,14 @@ class RestingWalk:
         active: limits with their multipliers, at the extremes.
         steps: taken, each with one evaluation and one Hessian.
         keeps: whether it keeps the limits at every instant, as closely as refinement asks.
+        hessian: of the Lagrangian before the last step in scaled variables, shape (P, P).
     """
 
     x: Array
     active: tuple[ActiveRow, ...]
     steps: int
     keeps: bool
+    hessian: Array
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ def resting_walk(
             step = stage.step(x, solver, last)
             if step is None or (steps > 2 and step.length > CONTRACTION * max(last, before)):
                 break
-            slow = steps == 1 or step.length > max(RENEWED * last, 10.0 * SETTLED)
+            slow = step.length > (NEAR if steps == 1 else max(RENEWED * last, NEAR))
             before, last = last, step.length
             x, held = stage.after(x, step)
             settled = last <= SETTLED
@@ -183,7 +186,7 @@ def resting_walk(
             peaks = exceeded(fine, extremes)
             if settled:
                 rests = found is not None and found.steps == steps - 1
-                found = RestingWalk(x, pressing, steps, not peaks)
+                found = RestingWalk(x, pressing, steps, not peaks, stage.hessian)
                 if found.keeps or rests:
                     break
                 last = np.inf
@@ -304,6 +307,8 @@ class _Stage:
         self.held = held
         self._blocks = {block.name: block for block in self.problem.blocks}
         self.numbers = [self._number(one.row) for one in held]
+        self.multipliers = np.zeros(self.problem.rows.lower.size)
+        np.add.at(self.multipliers, self.numbers, [one.row.multiplier for one in held])
         self.nlp = _Masked(self.problem, self._idle(grid.count))
 
     def _idle(self, count: int) -> NDArray[np.bool_]:
@@ -338,15 +343,14 @@ class _Stage:
     def step(self, x: Array, solver: SQP, last: float) -> ElasticStep | None:
         """Return the step from x in scaled variables; `last` is the length of the one before."""
         nlp, scale = self.nlp, self.nlp.variables.scale
-        multipliers = np.zeros(nlp.rows.lower.size)
-        np.add.at(multipliers, self.numbers, [one.row.multiplier for one in self.held])
         point = nlp.point(x)
-        iterate = make_iterate(nlp, point, multipliers, np.zeros(x.size))
-        hessian = nlp.hessian(x, multipliers, nlp.cost_scale)
+        iterate = make_iterate(nlp, point, self.multipliers, np.zeros(x.size))
+        H = nlp.hessian(x, self.multipliers, nlp.cost_scale)
+        self.hessian = 0.5 * (H + H.T) * np.outer(scale, scale)  # with the instants as they are
         self.slopes = self._slopes(point)
+        scaled = self.slopes * scale
         bent = np.array([abs(one.row.multiplier) / one.bend for one in self.moving])
-        hessian = hessian + self.slopes.T @ (bent[:, None] * self.slopes)
-        hessian = 0.5 * (hessian + hessian.T) * np.outer(scale, scale)
+        hessian = self.hessian + scaled.T @ (bent[:, None] * scaled)
         penalty = initial_penalty(nlp, iterate, solver.penalty)
         reach = min(WARM_RADIUS, 2.0 * last)
         for most in (np.inf, MOST):
@@ -401,6 +405,9 @@ A limit that presses over a while needs instants all along it, and is held at it
 CLOSELY = 1e-8
 """KKT residual to which a walk is solved that is held on either side of its instants: where it was
 the conditions hold to `OPTIMALITY`, but it is half of `REFINED` away from limits that press."""
+STILL = 1e-6
+"""Scaled change of parameters up to which a walk keeps the limits that it kept: rows are held where
+they are at their extremes, and what these move by counts squared."""
 FOLLOWED = 3  # first rounds that may begin with Newton's method; then nothing held is let go
 _WORTH_SOLVING = (Status.OPTIMAL, Status.STALLED)
 _WORTH_GOING_ON = (*_WORTH_SOLVING, Status.ITERATION_LIMIT)
@@ -551,12 +558,14 @@ def exchange(
             x, active, beside = near.x, near.active, []
             instants, newton = instants_of(sparse, active), newton if near.keeps else None
         problem = sparse.with_grid(sparse.grid.with_instants(np.union1d(instants, beside)))
-        solution = solve(problem, Start(x, placed(problem, active)))
+        known = None if near is None else near.hessian
+        solution = solve(problem, Start(x, placed(problem, active), known))
         if near is None:
             yield problem, solution, False
         else:
             yield problem, _with_steps(solution, near.steps), True
-            if near.keeps and np.array_equal(solution.x, near.x):
+            moved_by = np.abs(solution.x - near.x) / problem.variables.scale
+            if near.keeps and moved_by.max() <= STILL:
                 return  # nothing has moved since the limits were looked at
         x, active = solution.x, active_rows(problem, solution.multipliers)
         peaks = () if fine is None else violated_rows(fine, x)

@@ -204,13 +204,16 @@ def save_gait(gait: Gait, path: str | Path) -> Path:
     return write_atomically(path, gait_bytes(gait))
 
 
-def gait_bytes(gait: Gait) -> bytes:
+def gait_bytes(gait: Gait, facts: Mapping[str, object] | None = None) -> bytes:
     """Return the content of a gait file.
+
+    Args:
+        facts: to be recorded beside those of `Gait.meta`, JSON-able.
 
     Raises:
         RobotError: the gait has no `multibody`, and its URDF is not its robot.
     """
-    return archive_bytes(gait_members(gait))
+    return archive_bytes(gait_members(gait, facts))
 
 
 def archive_bytes(members: Mapping[str, NDArray[Any]]) -> bytes:
@@ -293,8 +296,11 @@ def refuse_altered(names: Sequence[str]) -> None:
         )
 
 
-def gait_members(gait: Gait) -> Arrays:
+def gait_members(gait: Gait, facts: Mapping[str, object] | None = None) -> Arrays:
     """Return the arrays of a gait's file by name, all but the digest.
+
+    Args:
+        facts: as of `gait_bytes`.
 
     Raises:
         RobotError: the gait has no `multibody`, and its URDF is not its robot.
@@ -318,7 +324,8 @@ def gait_members(gait: Gait) -> Arrays:
         found[name] = np.zeros(0) if values is None else values
     found["ground_normal"] = np.array(GROUND_NORMAL)
     found["schedule"] = record_text(_schedule(gait))
-    found["meta"] = record_text({**gait.meta, "format": FORMAT, WRITTEN_BY: __version__})
+    meta = {**gait.meta, **(facts or {}), "format": FORMAT, WRITTEN_BY: __version__}
+    found["meta"] = record_text(meta)
     if not trajectory.body.bends:
         found.pop(BENT[0].name)
     if not len(trajectory.body.tied):

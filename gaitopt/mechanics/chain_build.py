@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import pinocchio as pin
 
@@ -23,6 +25,8 @@ from gaitopt.model.chain_physics import CarriedWeight
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
+_KEPT = 4  # chains
+
 
 @dataclass(frozen=True)
 class LinkMasses:
@@ -39,8 +43,9 @@ class LinkMasses:
     inertias: Array
 
 
+@lru_cache(maxsize=_KEPT)
 def chain_of_robot(robot: Robot) -> Chain:
-    """Return the chain of a robot rooted at its stance sole.
+    """Return the chain of a robot rooted at its stance sole; the last few are kept.
 
     Pinocchio only hands over what the URDF says: placements, axes and inertias.
 

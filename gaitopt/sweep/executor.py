@@ -267,8 +267,8 @@ def _diagnose(job: Job) -> JobOutcome:
 def _finished(job: Job, walk: WarmStart, found: Design, began: float) -> JobOutcome:
     seconds = walk.seconds + time.process_time() - began
     row = gait_row(found, walk, dict(job.axes), seconds)
-    meta = {**found.gait.meta, "sweep": {"values": dict(job.axes), "origin": walk.origin}}
-    return JobOutcome(job, walk, file=gait_bytes(replace(found.gait, meta=meta)), row=row)
+    place = {"sweep": {"values": dict(job.axes), "origin": walk.origin}}
+    return JobOutcome(job, walk, file=gait_bytes(found.gait, place), row=row)
 
 
 _WORK = {CONTINUE: _continue, FINISH: _finish, DIAGNOSE: _diagnose}
