@@ -87,12 +87,12 @@ def placed(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
     return multipliers
 
 
-def is_among(times: Array, instants: Array) -> NDArray[np.bool_]:
-    """Return which times (K,) are one of some instants (N,), ascending, shape (K,)."""
+def is_among(shares: Array, instants: Array) -> NDArray[np.bool_]:
+    """Return which shares of the step (K,) are one of some instants (N,), ascending, shape (K,)."""
     if not instants.size:
-        return np.zeros(times.size, dtype=bool)
-    after = np.searchsorted(instants, times - _SAME_INSTANT).clip(max=instants.size - 1)
-    return np.asarray(np.abs(instants[after] - times) < _SAME_INSTANT)
+        return np.zeros(shares.size, dtype=bool)
+    after = np.searchsorted(instants, shares - _SAME_INSTANT).clip(max=instants.size - 1)
+    return np.asarray(np.abs(instants[after] - shares) < _SAME_INSTANT)
 
 
 def instants_of(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
