@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 
 from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import Settings
-from gaitopt.cli.display import ProgressDisplay, screen, warn
 from gaitopt.cli.process import (
     ExitCode,
     StopRequest,
@@ -23,7 +22,6 @@ from gaitopt.cli.process import (
     refuse_options,
     stop_on_interrupt,
 )
-from gaitopt.cli.report import print_doubts, print_gait
 from gaitopt.cli.request import Request, make_request
 from gaitopt.cli.results import (
     CHOICES,
@@ -39,8 +37,8 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times, searched_times
 from gaitopt.design.pipeline import Design
-from gaitopt.design.process import small_matrices
-from gaitopt.design.starts import many_starts
+from gaitopt.design.process import can_be_copied, small_matrices
+from gaitopt.design.starts import SecondStart, many_starts
 from gaitopt.design.walkability import weak_points
 from gaitopt.errors import (
     GaitoptError,
@@ -50,12 +48,16 @@ from gaitopt.errors import (
     UnreachableError,
 )
 from gaitopt.gait.presets import ROBUST
+from gaitopt.gait.problem import MakeProgress
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.capsule_distance import narrowed_gaps
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Status
-from gaitopt.view.drawing_worker import DrawingWorker, mesh_files
+from gaitopt.view.drawing_worker import DrawingWorker, mesh_files, spare_cores
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 _ADVICE = (
     "; the solver stopped before an optimum was proven: try other starts (--starts {}), or another "
@@ -77,19 +79,20 @@ def run(given: Settings, options: OptimiseOptions) -> None:
     else:
         alone = {"--figures": figures, "--no-page": not options.page}
         refuse_options(alone, "with --output DIR")
-    errors, out = screen(stderr=True), screen()
     with closing(DrawingWorker()) as worker:
         request = make_request(given, options.config, on_robot=partial(_get_ready, worker, options))
-        if not quiet:
-            print_doubts(errors, request)
         try:
-            with small_matrices():
+            with small_matrices(), _second_start(request, options) as second:
+                if not quiet:
+                    from gaitopt.cli.report import print_doubts  # loads Rich: not for nothing
+
+                    print_doubts(_screen(stderr=True), request)
                 if options.fastest:
                     from gaitopt.cli.fastest import fastest_walk
 
-                    request, found = fastest_walk(request, errors, quiet)
+                    request, found = fastest_walk(request, _screen(stderr=True), quiet)
                 else:
-                    found = _search(request, errors, quiet)
+                    found = _search(request, quiet, second)
         except (KeyboardInterrupt, StoppedError) as error:
             print_error("interrupted before there was a result; nothing was written")
             raise typer.Exit(ExitCode.INTERRUPTED) from error
@@ -108,20 +111,35 @@ def run(given: Settings, options: OptimiseOptions) -> None:
                 written = _all_written(results, found.gait, output)
         finally:
             if not quiet:
-                print_gait(out, found.gait)
+                from gaitopt.cli.report import print_gait
+
+                print_gait(_screen(), found.gait)
         if not quiet and (fragile := fragile_lines(found.gait)):
-            warn(errors, "fragile", fragile[0])
+            _warn("fragile", fragile[0])
             for line in fragile[1:]:
-                errors.print(f"  {line}", soft_wrap=True)
+                _screen(stderr=True).print(f"  {line}", soft_wrap=True)
         if output is not None and not quiet:
             names = ", ".join(path.name for path in written)
-            out.print(f"wrote to {output}: {names}", soft_wrap=True)
+            _screen().print(f"wrote to {output}: {names}", soft_wrap=True)
     code = exit_code(found)
     if code is not ExitCode.OK:
         if not found.certificate.certified:
             advice = "" if found.certificate.optimal else _ADVICE.format(2 * request.starts)
-            warn(errors, "warning", f"{found.certificate.verdict}{advice}")
+            _warn("warning", f"{found.certificate.verdict}{advice}")
         raise typer.Exit(code)
+
+
+def _screen(*, stderr: bool = False) -> Console:
+    """Return a console; only who writes there waits for Rich."""
+    from gaitopt.cli.display import screen
+
+    return screen(stderr=stderr)
+
+
+def _warn(word: str, text: str) -> None:
+    from gaitopt.cli.display import warn
+
+    warn(_screen(stderr=True), word, text)
 
 
 def _get_ready(worker: DrawingWorker, options: OptimiseOptions, robot: Robot) -> None:
@@ -182,8 +200,31 @@ def _there(written: list[Path], output: Path) -> str:
     return f"in '{output}' there is: {', '.join(p.name for p in written) or 'nothing yet'}"
 
 
+@contextmanager
+def _second_start(request: Request, asked: OptimiseOptions) -> Iterator[SecondStart | None]:
+    """Begin the second start beside all that follows, where there is one and a core for it.
+
+    A plugin is run in one process only: it may count, or write, what it is asked for.
+    """
+    robot, task, options = request.robot, request.task, request.options
+    alone = asked.fastest or searched_times(task, options) or "plugin" in request.settings
+    one_by_one = request.starts > 1 and _workers(request) == 1
+    if alone or not one_by_one or not can_be_copied() or spare_cores() < 1.0:
+        yield None
+        return
+    sigma, seed = request.noise
+    with closing(
+        SecondStart(robot, task, options, seed=seed, sigma=sigma, start=request.start)
+    ) as second:
+        yield second
+
+
+def _workers(request: Request) -> int:
+    return max(1, min(request.starts // 2, os.cpu_count() or 1))
+
+
 def _designed(
-    request: Request, progress: ProgressDisplay, stop: StopRequest
+    request: Request, progress: MakeProgress | None, stop: StopRequest, second: SecondStart | None
 ) -> tuple[Design, tuple[str, ...]]:
     """Design from one start, or from several with a report; at the best times, if so asked."""
     if searched_times(request.task, request.options):
@@ -191,17 +232,17 @@ def _designed(
 
         def one(task: Task, start: Array | None, options: DesignOptions) -> Design:
             again = replace(request, task=task, start=start, options=options)
-            found, told = _of_task(again, progress, stop)
+            found, told = _of_task(again, progress, stop, None)
             said.extend(told)
             return found
 
         choice = best_times(request.robot, request.task, request.options, one, request.start, stop)
         return choice.design, (*said, choice.sentence)
-    return _of_task(request, progress, stop)
+    return _of_task(request, progress, stop, second)
 
 
 def _of_task(
-    request: Request, progress: ProgressDisplay, stop: StopRequest
+    request: Request, progress: MakeProgress | None, stop: StopRequest, second: SecondStart | None
 ) -> tuple[Design, tuple[str, ...]]:
     """Design for the task as it is."""
     robot, task, options = request.robot, request.task, request.options
@@ -212,35 +253,39 @@ def _of_task(
     sigma, seed = request.noise
     report = many_starts(
         robot, task, options, count=request.starts, seed=seed, sigma=sigma,
-        workers=max(1, min(request.starts // 2, os.cpu_count() or 1)), start=request.start,
+        workers=_workers(request), start=request.start, second=second,
         on_progress=progress, stop=stop,
     )  # fmt: skip
     first, *optima = report.sentences
     return report.design, (f"{first}; costs at the samples, before refinement:", *optima)
 
 
-def _search(request: Request, errors: Console, quiet: bool) -> Design:
+def _search(request: Request, quiet: bool, second: SecondStart | None) -> Design:
     """Search with a report on the screen.
 
     Raises:
         GaitoptError: no gait was found.
         StoppedError: Ctrl-C was pressed before there was a walk.
     """
-    shown = errors.is_terminal and not quiet  # then the table says that it stops
-    with (
-        stop_on_interrupt(announce=not shown) as stop,
-        ProgressDisplay(errors, stop, quiet) as progress,
-    ):
-        found, said = _designed(request, progress, stop)
-        progress.finish(found.solution, request.task.cost_unit)
-    if not quiet:
+    if quiet:
+        with stop_on_interrupt() as stop:
+            found, _ = _designed(request, None, stop, second)
+    else:
+        from gaitopt.cli.display import ProgressDisplay
+
+        errors = _screen(stderr=True)
+        with (
+            stop_on_interrupt(announce=not errors.is_terminal) as stop,  # else its table says so
+            ProgressDisplay(errors, stop, quiet) as progress,
+        ):
+            found, said = _designed(request, progress, stop, second)
+            progress.finish(found.solution, request.task.cost_unit)
         margins = request.task.margins
         narrowed = narrowed_gaps(request.robot, margins.leg_gap, margins.arm_gap)
         for sentence in (*said, *narrowed):
             errors.print(sentence, soft_wrap=True)
     if found.solution.status is Status.INTERRUPTED:
-        warn(
-            errors,
+        _warn(
             "interrupted",
             "this is the best gait so far; it walks, but the search for a better one was not "
             "finished",

@@ -82,13 +82,18 @@ def design(
     return complete(problem, searched(problem, search, x, multipliers), search)
 
 
-def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
+def checked_start(problem: WalkProblem, start: Array | Gait | None) -> Array:
     """Return a copy of a first guess of the parameters, shape (P,), or the parameters of a gait.
 
+    Without one, the usual guess.
+
     Raises:
+        UnreachableError: the step asked for is longer than the legs.
         InputError: it has another shape, or entries that are not finite numbers; the gait moves
             other joints or has another number of postures.
     """
+    if start is None:
+        return first_guess(problem)
     if isinstance(start, Gait):
         return parameters_of(start, problem)
     x = problem.checked(start, "the first guess")
@@ -226,7 +231,7 @@ def compare_solvers(
     for solver in chosen:
         must_be(solver, Solver, "a solver", "a name, as 'sqp', or a Solver")
     problem = WalkProblem(robot, task or preset_task(robot=robot))
-    x = first_guess(problem) if start is None else checked_start(problem, start)
+    x = checked_start(problem, start)
     runs = []
     for solver in chosen:
         callback = None if on_progress is None else on_progress(problem)

@@ -10,12 +10,14 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing.process import BaseProcess
     from types import FrameType
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt
@@ -56,15 +58,45 @@ def tune_process() -> Any:
     return threadpool_limits(limits=1, user_api="blas")
 
 
-def worker_context() -> Any:
-    """Return how to start processes: copied, which takes no time, where that is safe.
+def can_be_copied() -> bool:
+    """Return whether this process can be copied safely.
 
     A copy of a process with several threads may find locks held for good, and macOS copies none.
     """
+    return sys.platform.startswith("linux") and threading.active_count() == 1
+
+
+def worker_context() -> Any:
+    """Return how to start processes: copied, which takes no time, where that is safe."""
     import multiprocessing  # which most commands do without
 
-    copied = sys.platform.startswith("linux") and threading.active_count() == 1
-    return multiprocessing.get_context("fork" if copied else "spawn")
+    return multiprocessing.get_context("fork" if can_be_copied() else "spawn")
+
+
+def copy_that_does(work: Callable[[], object]) -> BaseProcess | None:
+    """Return a copy of this process that works and ends, its exit code not 0 if it fails.
+
+    Whether that is safe is for the caller to know, see `can_be_copied`.
+
+    Returns:
+        None where no process is to be had.
+    """
+    import multiprocessing
+
+    copy = multiprocessing.get_context("fork").Process(target=_work, args=(work,))
+    with warnings.catch_warnings(), suppress(OSError), without_ctrl_c():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of threads, by Python 3.12
+        copy.start()
+        return copy
+    return None
+
+
+def _work(work: Callable[[], object]) -> None:
+    serve_parent()
+    try:
+        work()
+    except Exception:  # told by the parent, which fails likewise when it does this itself
+        sys.exit(1)
 
 
 @contextmanager

@@ -8,8 +8,10 @@ impulse dwindles, with which all limits on it meet in a point (docs/decisions/sl
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING
@@ -30,18 +32,19 @@ from gaitopt.design.pipeline import (
     is_walk,
     without_impact,
 )
-from gaitopt.design.process import serve_parent, shut_down, tune_process
+from gaitopt.design.process import copy_that_does, serve_parent, shut_down, tune_process
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.grid import Grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import foreign_margins, preset_task, stroll
 from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array, Solution, Status, Stop, never
+from gaitopt.nlp import Array, Progress, ProgressCallback, Solution, Status, Stop, never
 
 if TYPE_CHECKING:
     from multiprocessing.synchronize import Event
@@ -52,6 +55,7 @@ SAME_COST = 1e-4  # relative difference of costs that counts as none
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
 MOTORS_TOLD = 3  # of another optimum
 ASKED_EVERY = 0.1  # s: how often `stop` is asked while other processes work
+LATE = 10.0  # s without a word from a process, which is then not waited for any longer
 GRACE = 1.0  # s: for other processes to come to the end of an iteration when they are stopped
 _stopped: Event | None = None  # of a worker process, given to it by its pool
 
@@ -124,6 +128,7 @@ def many_starts(
     sigma: float = SIGMA,
     workers: int = 1,
     start: Array | Gait | None = None,
+    second: SecondStart | None = None,
     on_outcome: Callable[[Outcome], None] | None = None,
     on_progress: MakeProgress | None = None,
     stop: Stop = never,
@@ -143,6 +148,7 @@ def many_starts(
             `if __name__ == "__main__":`, because each process imports it.
         start: first guess of the parameters, shape (P,), or a gait, of which only these count; by
             default `first_guess`.
+        second: the second start of the same, if it is being made already; by one worker only.
         on_outcome: called with every outcome, in order.
         on_progress: makes the progress callback of a walk; starts in other processes tell none.
         stop: asked at every iteration; where it says True, the best walk until then is returned,
@@ -160,14 +166,15 @@ def many_starts(
     task, options = task or preset_task(robot=robot), options or DesignOptions()
     try:
         problem = WalkProblem(robot, task)
-        x = first_guess(problem) if start is None else checked_start(problem, start)
+        x = checked_start(problem, start)
     except UnreachableError:
         found = design(robot, task, options, on_progress=on_progress, stop=stop)
         return StartsReport(found, (), (), count)
     search = Search(options, on_progress, stop)
     exactly = search.changed(differences="none")
     job = StartJob(robot, task, x, sigma, seed)
-    outcomes = _gathered(outcomes_of(job, count, min(workers, count), exactly), on_outcome)
+    made = outcomes_of(job, count, min(workers, count), exactly, second)
+    outcomes = _gathered(made, on_outcome)
 
     def another(make: MakeOutcome) -> list[Outcome]:
         made = make(len(outcomes), exactly)
@@ -473,12 +480,126 @@ class StartJob:
         return found
 
 
-def outcomes_of(job: StartJob, count: int, workers: int, search: Search) -> Iterator[Outcome]:
+class SecondStart:
+    """The second start in a copy of this process, made while the first is made here.
+
+    It comes to the same, rounds told included. The process must be fit to be copied; a command is
+    before it shows anything. Until it is closed the copy goes on.
+
+    Args of the constructor: as of `many_starts`.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        task: Task,
+        options: DesignOptions,
+        *,
+        seed: int = 0,
+        sigma: float = SIGMA,
+        start: Array | Gait | None = None,
+    ) -> None:
+        import multiprocessing
+
+        self._robot = robot
+        self._rounds: list[_Round] = []
+        self._pipe, there = multiprocessing.Pipe()
+
+        def work() -> None:
+            from select import select
+
+            self._pipe.close()
+            words: list[object] = []
+
+            def tell(word: object) -> None:
+                words.append(word)
+                if isinstance(word, Outcome) or select([], [there], [], 0.0)[1]:
+                    there.send(words)  # which waits where nobody reads and the pipe is full
+                    words.clear()
+
+            def begin_round(problem: WalkProblem) -> ProgressCallback:
+                tell((problem.task, problem.grid))
+                return tell
+
+            search = Search(replace(options, differences="none"), begin_round, there.poll)
+            with warnings.catch_warnings(record=True) as warned:
+                x = checked_start(WalkProblem(robot, task), start)
+                outcome = StartJob(robot, task, x, sigma, seed).run(SECOND, search)
+            if not warned:  # else it is made again, where its user sees what it warns of
+                tell(outcome)
+
+        self._copy = copy_that_does(work)
+        there.close()
+
+    def outcome(self, search: Search) -> Outcome | None:
+        """Return where it led to, and tell its rounds; None where the copy died, or is too late.
+
+        Args:
+            search: who is told, and what ends it.
+        """
+        asked, deadline = False, time.monotonic() + LATE
+        with suppress(EOFError, OSError):
+            while time.monotonic() < deadline:
+                if search.stop() and not asked:
+                    asked, deadline = True, time.monotonic() + GRACE
+                    self._pipe.send(None)
+                if not self._pipe.poll(ASKED_EVERY):
+                    continue
+                for word in self._pipe.recv():
+                    if isinstance(word, Outcome):
+                        return word
+                    self._tell(word, search)
+                deadline = deadline if asked else time.monotonic() + LATE
+        self.close()
+        return None
+
+    def _tell(self, word: Progress | tuple[Task, Grid], search: Search) -> None:
+        if isinstance(word, Progress):
+            self._rounds[-1].tell(word)
+        else:
+            self._rounds.append(_Round(search.callback(WalkProblem(self._robot, *word))))
+
+    def rest(self, search: Search) -> Search:
+        """Return a search that makes the start again, and tells what is not told yet."""
+        told = iter(self._rounds)
+
+        def begin_round(problem: WalkProblem) -> ProgressCallback:
+            known = next(told, None)
+            if known is None:
+                return _Round(search.callback(problem)).tell
+            return _Round(known.show, known.told).tell
+
+        return replace(search, on_progress=begin_round)
+
+    def close(self) -> None:
+        """End the copy, whatever it does."""
+        self._pipe.close()
+        if self._copy is not None:
+            self._copy.kill()
+            self._copy.join()
+
+
+class _Round:
+    """A round whose first records were told before."""
+
+    def __init__(self, show: ProgressCallback | None, before: int = 0) -> None:
+        self.show, self.told, self._before = show, 0, before
+
+    def tell(self, progress: Progress) -> None:
+        self.told += 1
+        if self.show is not None and self.told > self._before:
+            self.show(progress)
+
+
+def outcomes_of(
+    job: StartJob, count: int, workers: int, search: Search, second: SecondStart | None = None
+) -> Iterator[Outcome]:
     """Make the starts and yield their outcomes in order, until the search is stopped.
 
     Args:
         search: how each is made. Several processes tell nobody; they are asked to stop ten times a
             second, and yield the best iterates of the starts that they were at.
+        second: the second start, if it is being made; by one worker only.
 
     Raises:
         GaitoptError: a worker process died.
@@ -488,7 +609,15 @@ def outcomes_of(job: StartJob, count: int, workers: int, search: Search) -> Iter
         for number in range(count):
             if number > 0 and stop():
                 return
-            yield job.run(number, search)
+            how = search
+            if second is not None and number == SECOND:
+                made = second.outcome(search)
+                if made is not None:
+                    yield made
+                if made is not None or stop():
+                    continue
+                how = second.rest(search)
+            yield job.run(number, how)
         return
     import multiprocessing  # slow to import, as those below, and most commands do without
     from concurrent.futures import ProcessPoolExecutor, wait

@@ -5,18 +5,22 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from gaitopt.design.process import serve_parent, shut_down, without_ctrl_c, worker_context
+from gaitopt.design.process import (
+    copy_that_does,
+    serve_parent,
+    shut_down,
+    without_ctrl_c,
+    worker_context,
+)
 from gaitopt.gait.result import Gait
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
-    from multiprocessing.process import BaseProcess
 
 Drawn = TypeVar("Drawn")
 
@@ -130,7 +134,7 @@ def draw_figures(gait: Gait, directory: Path) -> list[Path]:
 
     names = tuple(FIGURES)
     first, second = (partial(write_figures, gait, directory, names=names[k::2]) for k in (0, 1))
-    copy = _copy_that_does(second)
+    copy = copy_that_does(second) if _is_worker() else None
     try:
         first()
     finally:
@@ -141,31 +145,15 @@ def draw_figures(gait: Gait, directory: Path) -> list[Path]:
     return [directory / f"{name}.png" for name in names]
 
 
-def _copy_that_does(work: Callable[[], object]) -> BaseProcess | None:
-    """Return a copy of this process that works and ends, its exit code not 0 if it fails.
+def _is_worker() -> bool:
+    """Return whether this process may be copied amid its work, which a command must not be.
 
-    Returns:
-        None where this is no worker, as a command must not be copied amid its work: it has
-        threads. The second thread of a worker waits for the command's end, and holds no lock.
+    A command has threads. The second thread of a worker waits for the command's end, and holds no
+    lock.
     """
     import multiprocessing
 
-    if multiprocessing.parent_process() is None or not sys.platform.startswith("linux"):
-        return None
-    copy = multiprocessing.get_context("fork").Process(target=_work, args=(work,))
-    with warnings.catch_warnings(), contextlib.suppress(OSError):
-        warnings.simplefilter("ignore", DeprecationWarning)  # of threads, by Python 3.12
-        copy.start()
-        return copy
-    return None
-
-
-def _work(work: Callable[[], object]) -> None:
-    serve_parent()
-    try:
-        work()
-    except Exception:  # told by the worker, which fails likewise when it does this itself
-        sys.exit(1)
+    return multiprocessing.parent_process() is not None and sys.platform.startswith("linux")
 
 
 def draw_page(gait: Gait, parts: Mapping[str, Any] | None = None) -> str:

@@ -197,6 +197,50 @@ def test_processes_end_with_the_command(designed):
     assert _alive_in_session(process.pid) == []
 
 
+BESIDE = """
+from gaitopt.view import drawing_worker
+drawing_worker.spare_cores = lambda: 1.0
+from gaitopt.cli import main
+main()
+"""
+"""Runs the command line as on a machine with a core for the second start."""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are not copied")
+@pytest.mark.parametrize(
+    ("numbers", "code"),
+    [
+        ((signal.SIGINT,), 130),
+        ((signal.SIGTERM,), 130),
+        ((signal.SIGINT, signal.SIGINT), 130),
+        ((signal.SIGKILL,), -signal.SIGKILL),
+    ],
+)
+@pytest.mark.parametrize("all_of_them", [True, False])
+def test_a_second_start_ends_with_the_command(tmp_path, numbers, code, all_of_them):
+    """Signals go to the command, or to all of its session as those of a terminal."""
+    words = ["optimise", *SLOW, "--starts", "2", "-o", str(tmp_path / "out")]
+    with subprocess.Popen(
+        [sys.executable, "-c", BESIDE, *words], env=ENVIRONMENT, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    ) as process:  # fmt: skip
+        _await_line(process.stderr, "round 1")
+        assert len(_alive_in_session(process.pid)) == 2
+        for number in numbers:
+            (os.killpg if all_of_them and code == 130 else os.kill)(process.pid, number)
+            time.sleep(0.2)
+        out, said = process.communicate(timeout=300)
+    assert process.returncode == code, said
+    assert "Traceback" not in said
+    assert said.count("stopping") == (code == 130)
+    assert out == ""
+    deadline = time.monotonic() + 60.0
+    while _alive_in_session(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert _alive_in_session(process.pid) == []
+    assert not (tmp_path / "out").exists()
+
+
 def _alive_in_session(session: int) -> list[int]:
     found = []
     for place in Path("/proc").glob("[0-9]*/stat"):

@@ -5,9 +5,14 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import re
 import signal
+import sys
+import threading
+from multiprocessing import active_children
 from pathlib import Path
 
+import pytest
 from places import DOCS
 from typer.testing import CliRunner
 
@@ -18,6 +23,7 @@ from gaitopt.cli.request import make_request
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.gait_file import load_gait
 
+copied = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are not copied")
 QUICK = ["--no-refine", "--no-figures", "--no-page", "--solver", "sqp"]
 
 
@@ -65,3 +71,81 @@ def test_no_start_is_none() -> None:
     result = CliRunner().invoke(app, ["optimise", "--starts", "0"])
     assert result.exit_code == 2
     assert "0 starts are too few" in result.output
+
+
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """Second starts that were begun beside the first, on a machine with a core for them."""
+    begin, found = optimise_command.SecondStart, []
+
+    def noted(*args, **options):
+        found.append(begin(*args, **options))
+        return found[-1]
+
+    monkeypatch.setattr(optimise_command, "SecondStart", noted)
+    monkeypatch.setattr(optimise_command, "spare_cores", lambda: 1.0)
+    monkeypatch.setattr(threading, "active_count", lambda: 1)  # tests may be run by threads
+    return found
+
+
+@copied
+@pytest.mark.parametrize("words", [(), ("--quiet",), ("--starts", "3")])
+def test_a_second_start_beside_the_first_shows_and_writes_the_same(
+    words: tuple[str, ...], begun: list[object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = ["optimise", *QUICK, *words, "--speed", "0.6", "--output"]
+    beside = CliRunner().invoke(app, [*asked, str(tmp_path / "a")])
+    assert len(begun) == 1
+    monkeypatch.setattr(optimise_command, "spare_cores", lambda: 0.9)
+    alone = CliRunner().invoke(app, [*asked, str(tmp_path / "b")])
+    assert len(begun) == 1
+    assert beside.exit_code == alone.exit_code == 0
+    written = [_facts(one.stdout.replace(str(tmp_path), "")) for one in (beside, alone)]
+    assert [word.replace("/a:", "/b:") for word in written[0]] == written[1]
+    assert _facts(beside.stderr) == _facts(alone.stderr)
+    if not words:
+        assert "3 rounds, " in beside.stderr
+    gaits = [load_gait(tmp_path / name / "gait.npz") for name in "ab"]
+    assert gaits[0].parameters.tobytes() == gaits[1].parameters.tobytes()
+
+
+def _facts(said: str) -> list[str]:
+    """Return the words of what was said, without times and the lines that depend on them."""
+    lines = [line for line in said.splitlines() if not line.startswith("round ")]
+    return re.sub(r"[\d.]+ s\b", "", "\n".join(lines)).split()
+
+
+@copied
+@pytest.mark.parametrize(
+    ("words", "threads", "count"),
+    [
+        ((), 1, 1),
+        (("--starts", "3", "--robot", "g1"), 1, 1),
+        ((), 2, 0),
+        (("--starts", "1"), 1, 0),
+        (("--seed", "2"), 1, 0),
+        (("--starts", "4"), 1, 0),
+        (("--fastest",), 1, 0),
+        (("--double-support", "0.1", "--phase-times", "best"), 1, 0),
+        (("--plugin", "own.py"), 1, 0),
+    ],
+)
+def test_a_second_start_is_begun_where_it_is_sure_to_be_made_next(
+    words, threads, count, begun, tmp_path, monkeypatch
+) -> None:
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    own = (
+        "from gaitopt import TorqueCost, WeightedSum\ncost = WeightedSum(((TorqueCost(), 2.0),))\n"
+    )
+    (tmp_path / "own.py").write_text(own, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(threading, "active_count", lambda: threads)
+    monkeypatch.setattr(optimise_command, "_search", interrupt)
+    monkeypatch.setattr("gaitopt.cli.fastest.fastest_walk", interrupt)
+    result = CliRunner().invoke(app, ["optimise", *words])
+    assert result.exit_code == 130, result.stderr
+    assert len(begun) == count
+    assert active_children() == []

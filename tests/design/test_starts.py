@@ -1,21 +1,39 @@
 import json
+import os
+import pickle
+import signal
+import sys
+import time
+import warnings
+from contextlib import closing
 from dataclasses import dataclass, replace
+from multiprocessing import active_children
 
 import numpy as np
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
+from gaitopt.design import starts as module
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import SLOWER
 from gaitopt.design.pipeline import RELAXED_LIFTOFF
-from gaitopt.design.starts import FASTER, Outcome, _distinct, design_gait, many_starts
+from gaitopt.design.starts import (
+    FASTER,
+    SECOND,
+    Outcome,
+    SecondStart,
+    StartJob,
+    _distinct,
+    design_gait,
+    many_starts,
+)
 from gaitopt.design.summary import motor_summaries, summarise
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Solution, Status
+from gaitopt.nlp import Progress, Solution, Status
 from gaitopt.solvers import Solver, solver_by_name
 
 QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
@@ -276,3 +294,160 @@ def test_bad_options_are_refused(robot, options, message):
 def test_a_path_in_place_of_the_robot_is_refused(standard_task):
     with pytest.raises(InputError, match=r"the robot is 'robot\.urdf'; give a Robot, as Robot"):
         design_gait("robot.urdf", standard_task)
+
+
+copied = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are not copied")
+
+
+def noted(rounds):
+    """Note all that is told: the speed of each round, and its records but for their seconds."""
+
+    def begin_round(problem):
+        records = []
+        rounds.append((problem.task.speed, problem.describe(0), records))
+        return lambda progress: records.append(repr(replace(progress, seconds=0.0)))
+
+    return begin_round
+
+
+def facts(outcome):
+    return pickle.dumps(replace(outcome.solution, seconds=0.0, history=()))
+
+
+def beside(robot, task, options, stop=lambda: False, rounds=None):
+    with closing(SecondStart(robot, task, options)) as second:
+        make = noted([] if rounds is None else rounds)
+        return many_starts(robot, task, options, second=second, on_progress=make, stop=stop)
+
+
+@copied
+@pytest.mark.parametrize("speed", [0.6, 1.0])
+def test_a_second_start_beside_the_first_comes_to_the_same(robot, speed, monkeypatch):
+    task = preset_task("standard", robot, speed=speed)
+    told, told_beside, made = [], [], []
+    alone = many_starts(robot, task, QUICK, on_progress=noted(told))
+    run = StartJob.run
+    with closing(SecondStart(robot, task, QUICK)) as second:
+        monkeypatch.setattr(StartJob, "run", lambda s, n, how: made.append(n) or run(s, n, how))
+        found = many_starts(robot, task, QUICK, second=second, on_progress=noted(told_beside))
+    assert made == [0]  # the other was made by the copy
+    assert told_beside == told
+    assert len(told) > 2
+    assert [*map(facts, found.outcomes)] == [*map(facts, alone.outcomes)]
+    assert found.sentences == alone.sentences
+    np.testing.assert_array_equal(found.design.gait.parameters, alone.design.gait.parameters)
+    assert active_children() == []
+
+
+@dataclass(frozen=True)
+class Doomed(Still):
+    """Stays where it starts and tells of it three times; in a copy of the process it ends first."""
+
+    end: object = None
+    home: int = 0
+
+    def solve(self, nlp, start, on_progress=None, stop=None):
+        for k in range(3):
+            on_progress(Progress(k, 0.0, 0.0, 0, 0.0, 1.0, 0.0, k))
+            if k == 1 and os.getpid() != self.home:
+                self.end()
+        return super().solve(nlp, start)
+
+
+def doomed(end):
+    return replace(QUICK, solver=Doomed(end=end, home=os.getpid()))
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def leave():
+    os._exit(0)
+
+
+def fail():
+    raise ValueError("only in the copy")
+
+
+def give_no_answer():
+    Solution.__reduce__ = lambda _: fail()  # it cannot be sent
+
+
+def come_late():
+    time.sleep(60.0)
+
+
+@copied
+@pytest.mark.parametrize("end", [die, leave, fail, give_no_answer, come_late])
+def test_a_second_start_whose_copy_is_lost_is_made_here(robot, standard_task, end, monkeypatch):
+    monkeypatch.setattr(module, "LATE", 2.0)
+    told, told_beside = [], []
+    options = doomed(end)
+    alone = many_starts(robot, standard_task, options, on_progress=noted(told))
+    found = beside(robot, standard_task, options, rounds=told_beside)
+    assert [*map(facts, found.outcomes)] == [*map(facts, alone.outcomes)]
+    assert told_beside == told  # nothing twice
+    assert [len(records) for *_, records in told[1:3]] == [3, 3]
+    assert active_children() == []
+
+
+@copied
+def test_what_a_copy_warns_of_is_warned_of_here(robot, standard_task):
+    def warn():
+        warnings.warn("a rough floor", stacklevel=1)
+
+    @dataclass(frozen=True)
+    class Warns(Still):
+        def solve(self, nlp, start, on_progress=None, stop=None):
+            warn()
+            return super().solve(nlp, start)
+
+    with pytest.warns(UserWarning, match="a rough floor") as caught:
+        beside(robot, standard_task, replace(QUICK, solver=Warns()))
+    assert len(caught) > 2
+    assert active_children() == []
+
+
+@copied
+def test_an_error_of_a_second_start_is_that_of_the_first_process(robot, standard_task):
+    @dataclass(frozen=True)
+    class Refusing(Still):
+        def solve(self, nlp, start, on_progress=None, stop=None):
+            if nlp.task.speed < 1.0:
+                raise InputError("too slow for this solver; give a faster walk")
+            return super().solve(nlp, start)
+
+    with pytest.raises(InputError, match="too slow for this solver; give a faster walk"):
+        beside(robot, standard_task, replace(QUICK, solver=Refusing()))
+    assert active_children() == []
+
+
+@dataclass(frozen=True)
+class Waiting(Still):
+    """The slower walk is searched for until that is stopped."""
+
+    heeds: bool = True
+
+    def solve(self, nlp, start, on_progress=None, stop=None):
+        found = super().solve(nlp, start)
+        if nlp.task.speed == 1.0:
+            return found
+        on_progress(told := Progress(0, 0.0, 0.0, 0, 0.0, 1.0, 0.0, 0))
+        while not (self.heeds and stop(told)):
+            time.sleep(0.01)
+        return replace(found, status=Status.INTERRUPTED)
+
+
+@copied
+@pytest.mark.parametrize("heeds", [True, False])
+def test_a_second_start_ends_when_it_is_to_stop(robot, standard_task, heeds):
+    rounds = []
+    options = replace(QUICK, solver=Waiting(heeds=heeds))
+    found = beside(
+        robot, standard_task, options, lambda: any(records for *_, records in rounds), rounds
+    )
+    assert found.design.solution.status is Status.INTERRUPTED
+    numbers = [one.number for one in found.outcomes]
+    assert numbers == ([0, SECOND] if heeds else [0])  # what does not heed is not waited for
+    assert active_children() == []

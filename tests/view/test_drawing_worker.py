@@ -12,6 +12,7 @@ import pytest
 from page_scene import unpacked
 from sample_gait import sample_gait
 
+from gaitopt.design import process as processes
 from gaitopt.errors import InputError
 from gaitopt.view import drawing_worker as module
 from gaitopt.view.drawing_worker import (
@@ -50,7 +51,7 @@ def test_a_copy_draws_half_and_if_it_dies_the_worker_does_all(tmp_path, monkeypa
     copied = sys.platform.startswith("linux")
     assert ended == ([0, 1, -signal.SIGKILL] if copied else [None] * 3)
     assert capfd.readouterr().err == ""
-    monkeypatch.setattr(module, "_work", lambda _: kill_myself())
+    monkeypatch.setattr(processes, "_work", lambda _: kill_myself())
     with closing(DrawingWorker()) as worker:
         worker.get_ready(figures=True)
         files = worker.begin(draw_figures, sample_gait(), tmp_path)()
@@ -60,7 +61,7 @@ def test_a_copy_draws_half_and_if_it_dies_the_worker_does_all(tmp_path, monkeypa
 def exit_codes():
     """Of copies that do what they are to, fail, and are killed."""
     works = (os.getpid, partial(int, "no number"), kill_myself)
-    copies = [module._copy_that_does(work) for work in works]
+    copies = [processes.copy_that_does(work) if module._is_worker() else None for work in works]
     for copy in filter(None, copies):
         copy.join()
     return [copy and copy.exitcode for copy in copies]
@@ -71,7 +72,7 @@ def kill_myself():
 
 
 def test_a_process_that_is_no_worker_is_not_copied():
-    assert module._copy_that_does(os.getpid) is None
+    assert not module._is_worker()
 
 
 @pytest.mark.parametrize("begun", [0, 1, 5])
