@@ -177,6 +177,7 @@ def exit_code_kept() -> Iterator[None]:
             with suppress(GaitoptError):
                 sys.stdout.flush()
             beginning.leave_with(int(code) if isinstance(code, int) else 1)
+            exec("")  # at last Python would die of a Ctrl-C that came amid text that was run
     except KeyboardInterrupt:  # amid the answer to another
         beginning.leave_with(int(ExitCode.INTERRUPTED))
         raise SystemExit(int(ExitCode.INTERRUPTED)) from None

@@ -122,6 +122,20 @@ def test_a_signal_after_the_answer_changes_no_exit_code(tmp_path):
             assert "Traceback" not in done.stderr
 
 
+def test_a_signal_amid_text_that_is_run_changes_no_exit_code():
+    """As where a module makes functions from text; Python then ends by the signal, though told."""
+    run = (
+        "import sys\nfrom gaitopt.cli import main, robots\n"
+        "robots.list_robots = lambda *_: exec('raise KeyboardInterrupt')\n"
+        "sys.argv = ['gaitopt', 'robots']\n"
+        "try: main()\nexcept SystemExit as error: print(error.code)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", run], env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, "130\n"), done.stderr
+
+
 def _await_line(stream, text):
     for line in stream:
         if text in line:
