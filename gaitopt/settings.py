@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import MISSING, field, fields
@@ -16,8 +17,6 @@ from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
-
-import numpy as np
 
 from gaitopt.bounds import shown
 from gaitopt.dataclass import dataclass
@@ -316,7 +315,8 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
 
 def plain(value: Any) -> Any:
     """Return a value with Python's own numbers in place of NumPy's, in tuples and tables too."""
-    if isinstance(value, np.generic):
+    numpy = sys.modules.get("numpy")  # which `gaitopt --help` does without
+    if numpy is not None and isinstance(value, numpy.generic):
         return value.item()
     if type(value) in (list, tuple):
         return type(value)(plain(one) for one in value)
