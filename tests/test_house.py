@@ -13,7 +13,7 @@ import pytest
 
 import gaitopt
 from gaitopt import errors
-from gaitopt.cli import app
+from gaitopt.cli import command_options
 from gaitopt.cli.config import COMPARISON, SCHEMA, SWEEP
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
@@ -166,7 +166,7 @@ def test_scripts_are_sound(name):
 def test_the_help_of_every_option_is_a_sentence():
     settings = [one for section in SCHEMA.values() for one in section.values()]
     settings += [*SWEEP, *COMPARISON]
-    own = [value for name, value in vars(app).items() if name.endswith("Options")]
+    own = [value for name, value in vars(command_options).items() if name.endswith("Options")]
     settings += [one for options in own for one in declared(options)]
     assert len(own) > 10
     for one in settings:

@@ -2,34 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Annotated
 
 import typer
 
-from gaitopt.cli.command_options import (
-    ASKED,
-    METHOD,
-    CheckOptions,
-    CodesignOptions,
-    CompareOptions,
-    ExportOptions,
-    InspectOptions,
-    LibraryOptions,
-    LiveOptions,
-    OptimiseOptions,
-    PlayOptions,
-    PlotOptions,
-    ReproduceOptions,
-    RequirementsOptions,
-    RobotsOptions,
-    SensitivityOptions,
-    SimulateOptions,
-    SizeOptions,
-    SweepOptions,
-    TransitionOptions,
-    UrdfOptions,
-)
+from gaitopt.cli import command_options as own
+from gaitopt.cli.command_options import ASKED, METHOD
 from gaitopt.cli.options import CONTEXT, NO_VALUE, Group, Panels, command
 from gaitopt.cli.process import (
     exit_code_kept,
@@ -91,73 +71,65 @@ def options_before_a_command(version: Annotated[bool, _VERSION] = False) -> None
     del version  # its callback has done the work
 
 
-def _all_settings(words: Sequence[str]) -> Panels:
-    """Return all settings of the configuration; plugins that are named bring their own."""
+def _settings(
+    words: Sequence[str],
+    section: str = "",
+    names: Sequence[str] = (),
+    without: Sequence[str] = (),
+) -> dict[str, list[Setting]]:
+    """Return settings of the configuration by heading; plugins that are named bring their own.
+
+    Args:
+        words: given to the command.
+        section, names: whose alone, and which alone of these; of all if empty.
+        without: names of others.
+    """
     from gaitopt.cli.config import sections
 
-    return _panels(sections(words))
-
-
-def _robot_settings(_: Sequence[str]) -> Panels:
-    from gaitopt.cli.config import SCHEMA
-
-    return _panels({"robot": SCHEMA["robot"]})
-
-
-def _biped_settings(_: Sequence[str]) -> Panels:
-    from gaitopt.cli.config import SCHEMA
-
-    return {PANELS["robot"]: [SCHEMA["robot"][name] for name in ("spec", "set")]}
+    panels: dict[str, list[Setting]] = {}
+    for name, settings in sections(() if section else words).items():
+        if section in ("", name):
+            panels.setdefault(PANELS[name], []).extend(
+                one for one in settings.values() if one.name in (names or settings)
+                and one.name not in without
+            )  # fmt: skip
+    return panels
 
 
 def _sweep_settings(words: Sequence[str]) -> Panels:
     from gaitopt.cli.config import NOT_OURS, SWEEP
 
-    return {"Sweep": SWEEP, **_without(_all_settings(words), NOT_OURS)}
+    return {"Sweep": SWEEP, **_settings(words, without=NOT_OURS)}
 
 
 def _compare_settings(words: Sequence[str]) -> Panels:
     from gaitopt.cli.config import COMPARISON
 
     others = ("solver", "starts", "refine", "approach", "toe_begin", "phase_times", "differences")
-    panels = _without(_all_settings(words), others)
+    panels = _settings(words, without=others)
     return {**panels, METHOD: [*COMPARISON, *panels[METHOD]]}
 
 
-def _codesign_settings(words: Sequence[str]) -> Panels:
-    return _without(_all_settings(words), ("start", "seed", "sigma", "speed"))
+_robot_settings = partial(_settings, section="robot")
+_biped_settings = partial(_settings, section="robot", names=("spec", "set"))
+_codesign_settings = partial(_settings, without=("start", "seed", "sigma", "speed"))
 
-
-def _without(panels: Panels, names: Sequence[str]) -> dict[str, list[Setting]]:
-    return {
-        heading: [one for one in panel if one.name not in names]
-        for heading, panel in panels.items()
-    }
-
-
-def _panels(sections: Mapping[str, Mapping[str, Setting]]) -> Panels:
-    panels: dict[str, list[Setting]] = {}
-    for name, settings in sections.items():
-        panels.setdefault(PANELS[name], []).extend(settings.values())
-    return panels
-
-
-command(app, "optimise", OptimiseOptions, _all_settings, aliases=("optimize",))
-command(app, "sweep", SweepOptions, _sweep_settings)
-command(app, "compare", CompareOptions, _compare_settings)
-command(app, "library", LibraryOptions)
-command(app, "requirements", RequirementsOptions)
-command(app, "sensitivity", SensitivityOptions)
-command(app, "size", SizeOptions)
-command(app, "codesign", CodesignOptions, _codesign_settings)
-command(app, "inspect", InspectOptions, _robot_settings, work="robots:inspect")
-command(app, "robots", RobotsOptions, work="robots:list_robots")
-command(app, "urdf", UrdfOptions, _biped_settings, work="robots:write_biped")
-command(app, "check", CheckOptions)
-command(app, "simulate", SimulateOptions)
-command(app, "play", PlayOptions, work="show:run_play")
-command(app, "live", LiveOptions, _all_settings, work="live:run_live")
-command(app, "plot", PlotOptions, work="show:run_plot")
-command(app, "export", ExportOptions)
-command(app, "transition", TransitionOptions)
-command(app, "reproduce", ReproduceOptions)
+command(app, "optimise", own.OptimiseOptions, _settings, aliases=("optimize",))
+command(app, "sweep", own.SweepOptions, _sweep_settings)
+command(app, "compare", own.CompareOptions, _compare_settings)
+command(app, "library", own.LibraryOptions)
+command(app, "requirements", own.RequirementsOptions)
+command(app, "sensitivity", own.SensitivityOptions)
+command(app, "size", own.SizeOptions)
+command(app, "codesign", own.CodesignOptions, _codesign_settings)
+command(app, "inspect", own.InspectOptions, _robot_settings, work="robots:inspect")
+command(app, "robots", own.RobotsOptions, work="robots:list_robots")
+command(app, "urdf", own.UrdfOptions, _biped_settings, work="robots:write_biped")
+command(app, "check", own.CheckOptions)
+command(app, "simulate", own.SimulateOptions)
+command(app, "play", own.PlayOptions, work="show:run_play")
+command(app, "live", own.LiveOptions, _settings, work="live:run_live")
+command(app, "plot", own.PlotOptions, work="show:run_plot")
+command(app, "export", own.ExportOptions)
+command(app, "transition", own.TransitionOptions)
+command(app, "reproduce", own.ReproduceOptions)

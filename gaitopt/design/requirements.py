@@ -8,7 +8,6 @@ whole stride, two steps.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import fields
 from operator import attrgetter
 
 import numpy as np
@@ -143,8 +142,11 @@ class MotorUse:
     copper_loss: float
 
 
-USES = tuple(one.name for one in fields(MotorUse) if one.name not in ("motor", "gait"))
-"""Names of the numbers of a `MotorUse`."""
+USES = {
+    "ratio": "", "peak_torque": "N·m", "peak_share": "", "rms_torque": "N·m", "rms_share": "",
+    "peak_speed": "rad/s", "voltage_share": "", "copper_loss": "W",
+}  # fmt: skip
+"""Units of the numbers of a `MotorUse`, by their names."""
 
 
 @dataclass(frozen=True)
@@ -328,7 +330,7 @@ def motor_uses(loops: Mapping[str, Sequence[MotorLoop]], table: MotorTable) -> l
 
 
 def worst_case(
-    found: Iterable[Requirement | MotorUse], names: Sequence[str] = FIGURES
+    found: Iterable[Requirement | MotorUse], names: Iterable[str] = FIGURES
 ) -> list[MotorRequirement]:
     """Return for every motor the largest of each figure, and the gait that asks for it.
 
@@ -338,7 +340,7 @@ def worst_case(
     by_motor: dict[str, list[Requirement | MotorUse]] = {}
     for one in found:
         by_motor.setdefault(one.motor, []).append(one)
-    return [_worst(motor, of, names) for motor, of in by_motor.items()]
+    return [_worst(motor, of, tuple(names)) for motor, of in by_motor.items()]
 
 
 def _worst(

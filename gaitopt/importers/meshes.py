@@ -16,7 +16,6 @@ from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 from xml.etree import ElementTree
-from xml.etree.ElementTree import Element
 from xml.parsers import expat
 
 import coal
@@ -39,7 +38,6 @@ _READABLE_SUFFIXES = (
 )  # fmt: skip
 _Y_UP_TO_Z_UP = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
 _CLEARLY_NEARER = 0.8  # of the distance to the masses: symmetric shapes tell nothing
-_MEANT_AS_OPAQUE = 0.02  # opacity: less is what a program meant as opaque, glass has more
 _STL_HEADER, _STL_FACET = 84, 50  # bytes of a binary STL file: before its facets, and of each
 
 
@@ -204,42 +202,6 @@ def _environment() -> list[Path]:
     roots = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     return roots + [Path(p) / "share" for p in prefixes if p]
-
-
-def unseen(model: Element) -> bool:
-    """Tell whether a viewer that goes by the book draws nothing with a lighting model."""
-    return opacity(model) < _MEANT_AS_OPAQUE
-
-
-def opacity(model: Element) -> float:
-    """Return the opacity of a lighting model of a Collada document (`phong`, say), from 0 to 1.
-
-    It is written in four ways (COLLADA 1.4.1, "Determining transparency"), and many programs wrote
-    that of an opaque mesh as none.
-    """
-    factor = _numbers(model, "transparency", "float")
-    colour = _numbers(model, "transparent", "color")
-    if not factor and not colour:
-        return 1.0
-    mode = next((e.get("opaque", "A_ONE") for e in _parts(model, "transparent")), "A_ONE")
-    red, _, _, alpha = (*colour, 1.0, 1.0, 1.0, 1.0)[:4] if colour else (1.0, 1.0, 1.0, 1.0)
-    part = (alpha if mode.startswith("A_") else red) * (factor[0] if factor else 1.0)
-    return 1.0 - part if mode.endswith("ZERO") else part
-
-
-def _numbers(model: Element, name: str, kind: str) -> list[float]:
-    """Return the numbers of a part of a lighting model, none if it has no such part."""
-    for part in _parts(model, name):
-        for value in _parts(part, kind):
-            try:
-                return [float(word) for word in (value.text or "").split()]
-            except ValueError:
-                return []
-    return []
-
-
-def _parts(element: Element, name: str) -> Iterator[Element]:
-    return (child for child in element if child.tag.rpartition("}")[2] == name)
 
 
 def up_axis(path: str) -> str:

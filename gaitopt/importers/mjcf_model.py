@@ -11,10 +11,12 @@ import math
 from collections.abc import Collection, Mapping
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import coal
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
@@ -50,7 +52,7 @@ from gaitopt.importers.physics import (
 )
 from gaitopt.importers.pinocchio_model import joint_model, rigid_body
 from gaitopt.importers.report import Finding
-from gaitopt.importers.source import Source, load_mesh, mesh_paths
+from gaitopt.importers.source import Source, load_mesh, mesh_paths, mesh_triangles
 from gaitopt.importers.xml_document import XmlTree
 from gaitopt.nlp import Array
 
@@ -181,11 +183,10 @@ def _loaded(path: Path, scale: Array) -> coal.BVHModelBase | None:
         return None
 
 
-def _corners(path: Path) -> tuple[Array, Array]:
+def _corners(path: Path) -> tuple[Array, NDArray[Any]]:
     """Return corners (n, 3) and triangles (m, 3) of a mesh file."""
     if (shape := _loaded(path, np.ones(3))) is not None:
-        faces = [shape.tri_indices(k) for k in range(shape.num_tris)]
-        return np.array(shape.vertices()), np.array([[f[0], f[1], f[2]] for f in faces])
+        return mesh_triangles(shape)
     if (read := mesh_by_mujoco(path)) is None:
         raise RobotError(
             f"the mesh '{path.name}' cannot be read; write it again, in STL format say"
@@ -193,7 +194,7 @@ def _corners(path: Path) -> tuple[Array, Array]:
     return read
 
 
-def _triangles(points: Array, triangles: Array) -> coal.BVHModelBase:
+def _triangles(points: Array, triangles: NDArray[Any]) -> coal.BVHModelBase:
     corners, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for point in points:
         corners.append(point)

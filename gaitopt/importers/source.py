@@ -13,6 +13,7 @@ from typing import ClassVar
 import coal
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
@@ -190,6 +191,12 @@ def load_mesh(path: str, scale: Array) -> coal.BVHModelBase:
 def _read_mesh(path: str, scale: tuple[float, ...], changed: int) -> coal.BVHModelBase:
     del changed
     return coal.MeshLoader(coal.NODE_TYPE.BV_OBB).load(path, np.array(scale))
+
+
+def mesh_triangles(mesh: coal.BVHModelBase) -> tuple[Array, NDArray[np.intp]]:
+    """Return corners (n, 3) and triangles (m, 3) of a mesh."""
+    faces = [mesh.tri_indices(k) for k in range(mesh.num_tris)]
+    return np.array(mesh.vertices()), np.array([[f[0], f[1], f[2]] for f in faces], dtype=np.intp)
 
 
 def mesh_paths(path: Path | None, package_dirs: Collection[str]) -> MeshPaths:

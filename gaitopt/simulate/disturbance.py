@@ -143,14 +143,12 @@ def disturbed_start(
 
 def stand(robot: SimulatedRobot, data: mujoco.MjData, foot: int, place: pin.SE3) -> None:
     """Move the base so that a sole is at a place, at rest; joints and their rates stay."""
-    model, site = robot.model, robot.site[foot]
-    mujoco.mj_kinematics(model, data)
+    mujoco.mj_kinematics(robot.model, data)
     base = pin.SE3(data.xmat[robot.base].reshape(3, 3).copy(), data.xpos[robot.base].copy())
     x = pin.SE3ToXYZQUAT(place * robot.sole(data, foot).inverse() * base)
     data.qpos[:3], data.qpos[3], data.qpos[4:7] = x[:3], x[6], x[3:6]
-    mujoco.mj_fwdPosition(model, data)
-    J = np.zeros((6, model.nv))
-    mujoco.mj_jacSite(model, data, J[:3], J[3:], site)
+    mujoco.mj_fwdPosition(robot.model, data)
+    J = robot.sole_jacobian(data, foot)
     data.qvel[:6] = np.linalg.solve(J[:, :6], -J[:, 6:] @ data.qvel[6:])
 
 

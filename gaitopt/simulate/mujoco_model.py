@@ -96,6 +96,12 @@ class SimulatedRobot:
         """Return the axes of a sole frame in the world, columns (3, 3)."""
         return np.asarray(data.site_xmat[self.site[foot]].reshape(3, 3))
 
+    def sole_jacobian(self, data: mujoco.MjData, foot: int) -> Array:
+        """Return the Jacobian of a sole frame, linear rows first, in the world's axes, (6, nv)."""
+        J = np.zeros((6, self.model.nv))
+        mujoco.mj_jacSite(self.model, data, J[:3], J[3:], self.site[foot])
+        return J
+
     def free(self, qpos: Array) -> Array:
         """Return velocities `qvel` per velocity of base and motors, shape (nv, 6 + n)."""
         return self._free_at(qpos) if self.body.bends else self._constant_free

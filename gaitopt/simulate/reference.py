@@ -291,8 +291,6 @@ def _target(
 def sole_motion(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> tuple[Array, Array]:
     """Return the Jacobian of a sole frame (6, nv), linear rows first, and its drift (6,)."""
     model, site = robot.model, robot.site[foot]
-    J, rate = np.zeros((6, model.nv)), np.zeros((6, model.nv))
-    mujoco.mj_jacSite(model, data, J[:3], J[3:], site)
-    body = model.site_bodyid[site]
+    rate, body = np.zeros((6, model.nv)), model.site_bodyid[site]
     mujoco.mj_jacDot(model, data, rate[:3], rate[3:], data.site_xpos[site], body)
-    return J, rate @ data.qvel
+    return robot.sole_jacobian(data, foot), rate @ data.qvel

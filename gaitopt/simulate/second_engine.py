@@ -97,11 +97,11 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         data.qacc[:] = robot.acceleration(q, v, samples.acceleration[row])
         mujoco.mj_inverse(robot.model, data)
         foot = int(samples.standing[row])
-        J, needed = sole_jacobian(robot, data, foot), data.qfrc_inverse
+        J, needed = robot.sole_jacobian(data, foot), data.qfrc_inverse
         if samples.contact[row, 1 - foot]:  # how both share the load is the gait's choice
             R, borne = robot.sole_axes(data, 1 - foot), samples.wrench[row, 1 - foot]
             pushed = np.concatenate([R @ borne[:3], R @ borne[3:]])
-            needed = needed - sole_jacobian(robot, data, 1 - foot).T @ pushed
+            needed = needed - robot.sole_jacobian(data, 1 - foot).T @ pushed
         ground = np.linalg.solve(J[:, :6].T, needed[:6])
         torque[row] = (needed - J.T @ ground) @ robot.free(data.qpos)[:, 6:]
         wrench[row] = _in_sole(robot, data, foot, ground)
@@ -133,13 +133,6 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
     }
 
 
-def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Array:
-    """Return the Jacobian of a sole frame, linear rows first, in the world's axes, (6, 6 + n)."""
-    J = np.zeros((6, robot.model.nv))
-    mujoco.mj_jacSite(robot.model, data, J[:3], J[3:], robot.site[foot])
-    return J
-
-
 def engine_impact(
     robot: SimulatedRobot, data: mujoco.MjData, foot: int, gait: Gait
 ) -> tuple[Array, Array]:
@@ -147,7 +140,7 @@ def engine_impact(
 
     Where the gait lands on a line of the sole, only what the line holds stops.
     """
-    J, flat = sole_jacobian(robot, data, foot), np.eye(6)
+    J, flat = robot.sole_jacobian(data, foot), np.eye(6)
     if gait.lands_on_line:
         twist = gait.landing_hinge
         R = robot.sole_axes(data, foot)
@@ -178,7 +171,7 @@ def _impact_inside(
     mujoco.mj_forward(robot.model, data)
     standing = int(before.standing[0])
     feet = (1 - standing, standing) if front else (standing,)
-    J = np.concatenate([sole_jacobian(robot, data, foot) for foot in feet])
+    J = np.concatenate([robot.sole_jacobian(data, foot) for foot in feet])
     after, impulse = _stopped(robot, data, J)
     each = zip(feet, np.split(impulse, len(feet)), strict=True)
     return after, np.concatenate([_in_sole(robot, data, foot, push) for foot, push in each])

@@ -31,16 +31,6 @@ from gaitopt.units import RPM, motion_words
 
 ALL = "all"
 """In place of a gait: over all of them."""
-_UNIT_OF_USE = {
-    "ratio": "",
-    "peak_torque": "N·m",
-    "peak_share": "",
-    "rms_torque": "N·m",
-    "rms_share": "",
-    "peak_speed": "rad/s",
-    "voltage_share": "",
-    "copper_loss": "W",
-}
 SUFFIXES = (".csv", ".toml", ".xlsx")
 
 Cell = str | float
@@ -83,8 +73,7 @@ def _table(
     known = {(one.motor, one.gait): [float(getattr(one, n)) for n in USES] for one in uses}
     known |= {(o.motor, ALL): [o.values[n] for n in USES] for o in worst_case(uses, USES)}
     rows[0] += [
-        f"{name} before gear" + (f" [{unit}]" if unit else "")
-        for name, unit in _UNIT_OF_USE.items()
+        f"{name} before gear" + (f" [{unit}]" if unit else "") for name, unit in USES.items()
     ]
     for row in rows[1:]:
         row += known.get((str(row[0]), str(row[1])), [""] * len(USES))

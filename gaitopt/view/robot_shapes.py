@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.gait.result import Recorded, recorded_choices
-from gaitopt.importers.meshes import MeshProblem, opacity, unseen, up_axis
+from gaitopt.importers.meshes import MeshProblem, up_axis
 from gaitopt.importers.reader import read_source
-from gaitopt.importers.source import Source, load_mesh
+from gaitopt.importers.source import Source, load_mesh, mesh_triangles
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
@@ -159,6 +159,7 @@ _VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE | re.I
 GREY = np.array([0.62, 0.65, 0.68, 1.0])
 """In place of a texture, and of black where all is black: on that no shape can be seen."""
 _FACES = ("triangles", "polylist", "polygons")
+_MEANT_AS_OPAQUE = 0.02  # opacity: less is what a program meant as opaque, glass has more
 _OTHER_FACES = ("trifans", "tristrips")  # nobody writes them; left to others
 
 
@@ -342,6 +343,33 @@ class _Document:
                     plain = values[0] if values else GREY[:3]
                     return np.append(plain, 1.0 if unseen(model) else opacity(model))
         return None
+
+
+def unseen(model: Element) -> bool:
+    """Tell whether a viewer that goes by the book draws nothing with a lighting model."""
+    return opacity(model) < _MEANT_AS_OPAQUE
+
+
+def opacity(model: Element) -> float:
+    """Return the opacity of a lighting model of a Collada document (`phong`, say), from 0 to 1.
+
+    It is written in four ways (COLLADA 1.4.1, "Determining transparency"), and many programs wrote
+    that of an opaque mesh as none.
+    """
+
+    def numbers(name: str, kind: str) -> list[float]:
+        values = [value for part in _children(model, name) for value in _children(part, kind)]
+        with suppress(ValueError):
+            return [float(n) for n in _numbers(values[0], np.float64)] if values else []
+        return []
+
+    factor, colour = numbers("transparency", "float"), numbers("transparent", "color")
+    if not factor and not colour:
+        return 1.0
+    mode = next((e.get("opaque", "A_ONE") for e in _children(model, "transparent")), "A_ONE")
+    red, _, _, alpha = (*colour, 1.0, 1.0, 1.0, 1.0)[:4] if colour else (1.0, 1.0, 1.0, 1.0)
+    part = (alpha if mode.startswith("A_") else red) * (factor[0] if factor else 1.0)
+    return 1.0 - part if mode.endswith("ZERO") else part
 
 
 def _placement(node: Element) -> Array:
@@ -608,9 +636,8 @@ def _loaded(solid: object, scale: Array) -> MeshData | None:
     """Return the triangles of a mesh as it was read, before it was scaled."""
     if not isinstance(solid, coal.BVHModelBase) or not np.all(scale) or not solid.num_tris:
         return None
-    corners = np.array(solid.vertices()) / scale
-    faces = [solid.tri_indices(i) for i in range(solid.num_tris)]
-    return MeshData(corners[np.array([[f[0], f[1], f[2]] for f in faces], dtype=np.intp)])
+    corners, faces = mesh_triangles(solid)
+    return MeshData((corners / scale)[faces])
 
 
 Part = tuple[Array | None, Surface]

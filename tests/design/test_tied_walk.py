@@ -27,7 +27,7 @@ from gaitopt.motions.export import csv_text, joint_names, stride_record, stride_
 from gaitopt.motions.motion import motion
 from gaitopt.simulate.disturbance import SensorNoise, StartError, disturbed_start, measured
 from gaitopt.simulate.mujoco_model import simulated_robot
-from gaitopt.simulate.second_engine import second_engine, sole_jacobian
+from gaitopt.simulate.second_engine import second_engine
 from gaitopt.simulate.walk import Ending, WalkOptions, simulate
 from gaitopt.view.figures import make_figure
 
@@ -199,7 +199,7 @@ def test_it_walks_in_mujoco_with_errors_at_the_start(name):
         np.testing.assert_allclose(state[0], own[0], atol=1e-15)
         np.testing.assert_allclose(state[1], own[1], atol=1e-15)
     mujoco.mj_forward(robot.model, data)
-    assert np.abs(sole_jacobian(robot, data, 0) @ v).max() < 1e-12  # the sole is at rest
+    assert np.abs(robot.sole_jacobian(data, 0) @ v).max() < 1e-12  # the sole is at rest
     walk = simulate(gait, WalkOptions(steps=4))
     assert walk.ending is Ending.WALKED
 

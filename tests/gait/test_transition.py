@@ -36,7 +36,6 @@ from gaitopt.gait.transition_problem import (
 from gaitopt.motions.export import export_transition
 from gaitopt.motions.motion import motion
 from gaitopt.simulate.mujoco_model import simulated_robot
-from gaitopt.simulate.second_engine import sole_jacobian
 
 
 def problem_between(robot, task, ends, steps, free):
@@ -180,7 +179,7 @@ def mujocos_torques(trajectory, times):
         for foot in np.flatnonzero(samples.contact[k]):
             R = data.site_xmat[robot.site[foot]].reshape(3, 3)
             wrench = samples.wrench[k, foot].reshape(2, 3) @ R.T
-            needed -= sole_jacobian(robot, data, foot).T @ wrench.ravel()
+            needed -= robot.sole_jacobian(data, foot).T @ wrench.ravel()
         left = needed @ robot.free(data.qpos)
         stated = samples.torque[k, trajectory.body.moving]
         worst = max(worst, np.abs(left[:6]).max(), np.abs(left[6:] - stated).max())

@@ -9,9 +9,10 @@ from example_robots import example_robot, needs_example_robots
 from mesh_files import TETRAHEDRON, sorted_rows
 from urdf_edits import edited_urdf, link
 
-from gaitopt.importers.meshes import unseen, up_axis
+from gaitopt.importers.meshes import up_axis
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import load_mesh
+from gaitopt.view.robot_shapes import unseen
 
 COLLISION = pin.GeometryType.COLLISION
 ON_ITS_SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # x y z -> x z -y
