@@ -22,7 +22,6 @@ def run(asked: CheckOptions) -> None:
     """Check the file of a gait or a transition and print what came out.
 
     Raises:
-        GaitoptError: the file cannot be read or checked.
         typer.Exit: it was altered, or is not certified.
     """
     path, plugin = asked.gait, asked.plugin

@@ -70,11 +70,7 @@ _FORMAT = 1
 
 
 def run(given: Settings, asked: CodesignOptions) -> None:
-    """Choose numbers of the robot, and write robot, walks and report.
-
-    Raises:
-        GaitoptError: bad input, no walk, or a file cannot be written.
-    """
+    """Choose numbers of the robot, and write robot, walks and report."""
     directory, quiet = asked.output, asked.quiet
     require_writable(directory)
     names = (TRIALS, SPEC, CHOICES, MOTOR_FILE)

@@ -35,7 +35,6 @@ def run(given: Settings, asked: CompareOptions) -> None:
     """Compare solvers; print a table, write the figure and the record.
 
     Raises:
-        GaitoptError: bad input, or a solver is not installed.
         typer.Exit: Ctrl-C was pressed, or no solver found a walk.
     """
     output, quiet = asked.output, asked.quiet

@@ -22,7 +22,6 @@ def run(asked: ExportOptions) -> None:
     """Write a gait, a transition, or every gait of a library, for other programs.
 
     Raises:
-        GaitoptError: the gait cannot be read, what is asked cannot be had, or not be written.
         InputError: the options contradict each other, or one is missing.
     """
     path, output, name = asked.gait, asked.output, asked.format

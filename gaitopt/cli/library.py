@@ -44,15 +44,7 @@ _GAP = 2  # between two columns
 
 
 def run(asked: LibraryOptions) -> None:
-    """Show libraries, or design a gait between those of one.
-
-    Raises:
-        GaitFileError: a directory is no gait library.
-        InputError: an option cannot be used, or has no effect beside the others; the libraries are
-            more than two, or over different quantities; a file cannot be written.
-        GaitoptError: the gait is outside the library, or there is none.
-        typer.Exit: it is not certified.
-    """
+    """Show libraries, or design a gait between those of one."""
     if asked.at:
         shows = {"--where": asked.where, "--columns": asked.columns, "--plot": asked.plot}
         refuse_options(shows, "without --at, which designs one gait")

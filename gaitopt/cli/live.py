@@ -233,11 +233,7 @@ class LiveWalk:
 
 
 def run_live(settings: Settings, asked: LiveOptions) -> None:
-    """Serve the page until it is closed, or Ctrl-C.
-
-    Raises:
-        GaitoptError: there is no first walk, or it cannot be served.
-    """
+    """Serve the page until it is closed, or Ctrl-C."""
     require_writable(asked.output)
     session = LiveWalk(settings, asked.config, asked.output)
     host = LOCAL if asked.host is None else asked.host

@@ -65,12 +65,7 @@ _ZERO = 1e-9  # of any unit: nothing to compare with
 
 
 def run(asked: RequirementsOptions) -> None:
-    """Print requirements on motors, compare those of two designs, write and draw them.
-
-    Raises:
-        GaitoptError: a gait cannot be read, gaits do not belong together, or a file cannot be
-            written.
-    """
+    """Print requirements on motors, compare those of two designs, write and draw them."""
     output, figure = asked.output, asked.figure
     require_files((output, "--output"), (figure, "--figure"))
     if output is not None:

@@ -39,7 +39,6 @@ def inspect(settings: Settings, asked: InspectOptions) -> None:
     """Inspect a robot, print what came out, and write it if asked.
 
     Raises:
-        InputError: a file cannot be read or written.
         typer.Exit: the robot cannot be used.
     """
     html, write_choices = asked.html, asked.write_choices
@@ -161,11 +160,7 @@ def _where(entry: CatalogueEntry) -> Text:
 
 
 def write_biped(settings: Settings, asked: UrdfOptions) -> None:
-    """Write the URDF of a specification, or the specification itself.
-
-    Raises:
-        GaitoptError: the specification is not that of a biped, or a file cannot be written.
-    """
+    """Write the URDF of a specification, or the specification itself."""
     new_spec, output = asked.write_spec, asked.output
     require_files((new_spec, "--write-spec"), (output, "--output"))
     spec = biped_spec(settings) or biped13()

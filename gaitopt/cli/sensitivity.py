@@ -33,7 +33,6 @@ def run(asked: SensitivityOptions) -> None:
     """Print the sensitivities of a gait, and write all of them.
 
     Raises:
-        GaitoptError: the gait cannot be read or is not optimal, or the file cannot be written.
         InputError: fewer than one line, or an output that is no table.
     """
     most, output = asked.most, asked.output

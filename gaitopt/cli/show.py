@@ -21,7 +21,6 @@ def run_play(asked: PlayOptions) -> None:
     """Show a gait or a transition in the browser until Ctrl-C, or write it as a page.
 
     Raises:
-        GaitoptError: the gait cannot be read or shown.
         InputError: a page and an address are both asked for.
     """
     from gaitopt.view.page import write_page
@@ -53,11 +52,7 @@ def run_play(asked: PlayOptions) -> None:
 
 
 def run_plot(asked: PlotOptions) -> None:
-    """Draw the figures of a gait or a transition.
-
-    Raises:
-        GaitoptError: the gait cannot be read, or the figures not be written.
-    """
+    """Draw the figures of a gait or a transition."""
     from gaitopt.view.figures import write_figures
 
     directory = asked.gait.parent / "figures" if asked.output is None else asked.output

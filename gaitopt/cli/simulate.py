@@ -65,16 +65,12 @@ def replays(gait: Gait, walk: SimulatedWalk, tried: Battery | None) -> list[Repl
         for limit in tried.pushes:
             if limit.walk is not None:
                 x, y, z = (limit.impulse * along[limit.direction]).tolist()
-                push, name = Push((x, y, z), step=PUSHED), f"{limit.impulse:.0f} N·s"
-                name = f"pushed {limit.direction}, {name}"
-                found.append(_replay(robot, name, limit.walk, _shown(gait, limit.walk, push)))
+                push = Push((x, y, z), step=PUSHED)
+                landed = float(limit.walk.times[:PUSHED].sum()) - both_feet(gait.trajectory)
+                shown = ShownPush(landed + push.phase * gait.duration, push.impulse)
+                name = f"pushed {limit.direction}, {limit.impulse:.0f} N·s"
+                found.append(_replay(robot, name, limit.walk, shown))
     return found
-
-
-def _shown(gait: Gait, walk: SimulatedWalk, push: Push) -> ShownPush:
-    landed = float(walk.times[: push.step].sum()) - both_feet(gait.trajectory)
-    begins = landed + push.phase * gait.duration
-    return ShownPush(begins, push.impulse)
 
 
 def _replay(robot: SimulatedRobot, name: str, walk: SimulatedWalk, *pushes: ShownPush) -> Replay:
@@ -123,7 +119,6 @@ def run(asked: SimulateOptions) -> None:
     """Walk a gait, print the report, write its numbers.
 
     Raises:
-        GaitoptError: the gait cannot be read or simulated, or the file not be written.
         typer.Exit: the robot fell, or the second engine differs.
         InputError: an unknown controller, or a friction that is not above 0.
     """

@@ -29,8 +29,6 @@ def run(asked: SizeOptions) -> None:
 
     Raises:
         InputError: bad input, no motor serves, or a file cannot be written.
-        GaitFileError: a gait cannot be read.
-        SpecError: the catalogue cannot be used.
     """
     directory, reserve = asked.output, asked.reserve
     if not 1.0 <= reserve <= _MOST_RESERVE:

@@ -48,7 +48,6 @@ def run(given: Settings, asked: SweepOptions) -> None:
     """Sweep; leave with the exit code the worst point deserves.
 
     Raises:
-        GaitoptError: bad input, or the directory cannot be written.
         typer.Exit: interrupted, or not every gait is certified.
     """
     directory, config, quiet = asked.output, asked.config, asked.quiet

@@ -27,7 +27,6 @@ def run(asked: TransitionOptions) -> None:
     """Design a transition and write its file.
 
     Raises:
-        GaitoptError: a gait cannot be read, there is no transition, or it cannot be written.
         InputError: the file or a duration is none that can be.
     """
     begin, finish, output = asked.begin, asked.finish, asked.output

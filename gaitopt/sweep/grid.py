@@ -383,9 +383,11 @@ class GridLevel:
         """
         (k,) = (n for n, (a, b) in enumerate(zip(point, origin, strict=True)) if a != b)
         if self.coarser is None:
-            beyond = [q for q in self.inner(origin) if _on_line(q, origin, k)]
-            away = [q for q in beyond if (q[k] - origin[k]) * (origin[k] - point[k]) > 0]
-            return [origin, *away]
+            return [origin] + [
+                q for q in self.inner(origin)
+                if (q[k] - origin[k]) * (origin[k] - point[k]) > 0
+                and (*q[:k], *q[k + 1 :]) == (*origin[:k], *origin[k + 1 :])
+            ]  # fmt: skip
         others = [n for n in range(len(point)) if n != k]
         nodes = self.nodes[k]
         if all(point[n] in self.coarser[n] for n in others):
@@ -396,10 +398,6 @@ class GridLevel:
             near = [nodes[i] for i in (at - 1, at + 1) if 0 <= i < len(nodes)]
         found = [(*point[:k], node, *point[k + 1 :]) for node in near]
         return [origin, *(q for q in found if q != origin)]
-
-
-def _on_line(a: Index, b: Index, axis: int) -> bool:
-    return all(i == j for n, (i, j) in enumerate(zip(a, b, strict=True)) if n != axis)
 
 
 _CACHED_ROBOTS = 8  # that a process keeps built

@@ -272,7 +272,7 @@ def _scene(
     force_scale = _force_scale(samples, hips)
     if new:
         _prepare(viewer, hips)
-    viewer[_WORLD].set_transform(_turn(upright(body.gravity)))
+    viewer[_WORLD].set_transform(pin.SE3(upright(body.gravity), np.zeros(3)).homogeneous)
     world = viewer[_WORLD]["along"]  # x runs along the ground, on a slope too
     ground, gap = ground_of(gait), 0.0 if other is None else _GAP * hips
     if ground.shaped:
@@ -337,12 +337,6 @@ def hip_height(body: Multibody, samples: TrajectorySamples) -> float:
     return float(np.mean([places[body.leg(foot)[-1] + 1, 2, 3] for foot in (0, 1)]))
 
 
-def _standing(samples: TrajectorySamples) -> Array:
-    """Return the placement of the standing sole in each frame, shape (N, 4, 4)."""
-    each = np.arange(len(samples.time))
-    return np.asarray(samples.sole[each, samples.standing])
-
-
 def _force_scale(samples: TrajectorySamples, hips: float) -> float:
     """Return metres of arrow for 1 N: 10 cm for 1, 2 or 5 times a power of ten."""
     force = float(samples.wrench[..., 2].sum(axis=1).mean())
@@ -355,8 +349,7 @@ def _force_scale(samples: TrajectorySamples, hips: float) -> float:
 
 def _key_times(samples: TrajectorySamples) -> Array:
     """Return the frame times, the last of each step a moment earlier: keys must increase."""
-    last = np.append(np.diff(samples.step) > 0, False)
-    return np.asarray(samples.time - _SWITCH * last)
+    return np.asarray(samples.time - _SWITCH * np.append(np.diff(samples.step) > 0, False))
 
 
 def _prepare(viewer: Node, hips: float) -> None:
@@ -649,15 +642,6 @@ def _towards(force: Array) -> Array:
     return np.array(pin.Quaternion.FromTwoVectors(up, force / size if size > 0.0 else up).matrix())
 
 
-def _turn(rotation: Array) -> Array:
-    """Return the homogeneous matrix of a rotation."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation
-    return matrix
-
-
 def _shift(by: ArrayLike) -> Array:
     """Return the homogeneous matrix of a shift."""
-    matrix = np.eye(4)
-    matrix[:3, 3] = by
-    return matrix
+    return np.asarray(pin.SE3(np.eye(3), np.asarray(by)).homogeneous)

@@ -252,12 +252,7 @@ def _transition_walk(transition: Transition) -> Figure:
     ]
     draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.35), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
-    for name, colour in zip(_sides(transition), (STANCE, SWING), strict=True):
-        axes.plot([], [], color=colour, label=name)
-    for contact in contacts(transition):
-        words = name_on_figure(contact_words(contact))
-        axes.plot([], [], color=contact_colour(contact), label=f"foot {words}")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    _name_legs(figure, axes, transition, _sides(transition))
     figure.suptitle(f"{_title(transition)}; solid: the landings")
     return figure
 
@@ -313,9 +308,9 @@ def _mark(axes: Axes, transition: Transition) -> None:
         axes.axvline(time, color=RULE, linewidth=0.8, linestyle=":")
 
 
-def _sides(transition: Transition) -> tuple[str, str]:
+def _sides(gait: Recorded) -> tuple[str, str]:
     """Return what the legs are called, as the feet in the order of contacts."""
-    names = (transition.stance_sole, transition.swing_sole_frame)
+    names = (gait.stance_sole, gait.swing_sole_frame)
     first, second = (name_on_figure(n.replace("_sole", " leg").replace("_", " ")) for n in names)
     return first, second
 
@@ -358,9 +353,10 @@ def step_figure(gait: Gait) -> Figure:
     label_axes(side, "forward x [m]", "height z [m]", "from the right")
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
-    _name_legs(figure, side, gait)
+    _name_legs(figure, side, gait, ("stance leg", "swing leg", "trunk"))
     where = f", {words}" if (words := ground_words(gait)) else ""
-    figure.suptitle(f"{_which(gait)}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
+    which = "One step" if gait.second is None else "First step of a stride"
+    figure.suptitle(f"{which}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
 
 
@@ -376,7 +372,7 @@ def walking_figure(gait: Gait) -> Figure:
     landing = np.arange(len(standing)) % _PER_STEP == 0
     draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.4), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
-    _name_legs(figure, axes, gait, (gait.stance_sole, gait.swing_sole_frame))
+    _name_legs(figure, axes, gait, (*_sides(gait), "trunk"))
     where = f" {words}" if (words := ground_words(gait)) else ""
     figure.suptitle(f"{_IN_A_ROW} steps at {gait.way}{where}; solid: the landings")
     return figure
@@ -399,12 +395,10 @@ def _sticks(
     return sticks, standing
 
 
-def _name_legs(
-    figure: Figure, axes: Axes, gait: Gait, names: tuple[str, str] = ("stance leg", "swing leg")
-) -> None:
-    for name, colour in zip((*names, "trunk"), (STANCE, SWING, TRUNK), strict=True):
-        axes.plot([], [], color=colour, label=name.replace("_sole", " leg").replace("_", " "))
-    if len(gait.phases) > 1:
+def _name_legs(figure: Figure, axes: Axes, gait: Gait | Transition, names: tuple[str, ...]) -> None:
+    for name, colour in zip(names, (STANCE, SWING, TRUNK), strict=False):
+        axes.plot([], [], color=colour, label=name)
+    if isinstance(gait, Transition) or len(gait.phases) > 1:
         for contact in contacts(gait):
             axes.plot([], [], color=contact_colour(contact), label=f"foot {_words(contact)}")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
@@ -477,10 +471,6 @@ def _curves(gait: Gait | Transition, name: str) -> list[tuple[Array, Array, str,
     ]
 
 
-def _which(gait: Gait) -> str:
-    return "One step" if gait.second is None else "First step of a stride"
-
-
 def force_figure(gait: Gait) -> Figure:
     """Draw the force of the ground on the stance foot, its mean and the weight (Fig. 5).
 
@@ -511,7 +501,8 @@ def cop_figure(gait: Gait) -> Figure:
     colours.set_label("time [s]")
     colours.outline.set_visible(False)
     flat = np.concatenate([own.cop[own.flat] for own in gait.steps])
-    margin = _margin(flat, corners)  # beyond, it is at an edge by intent
+    low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
+    margin = min((flat - low).min(), (high - flat).min())  # beyond, it is at an edge by intent
     label_axes(axes, "forward x [m]", "left y [m]")
     axes.set_aspect("equal")
     axes.grid(False)
@@ -590,12 +581,6 @@ def _draw_path(axes: Axes, gait: Gait, line: str) -> LineCollection:
     return path
 
 
-def _margin(cop: Array, corners: Array) -> float:
-    """Return the smallest distance of the path from the edge of the sole [m]."""
-    low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
-    return float(min((cop - low).min(), (high - cop).min()))
-
-
 _OF_JOINTS: dict[str, Callable[[Any], Figure]] = {
     "torques": partial(
         _joint_figure, name="torque", limit="torque", unit="torque [N·m]", title="torques"
@@ -603,12 +588,12 @@ _OF_JOINTS: dict[str, Callable[[Any], Figure]] = {
     "rates": partial(_joint_figure, name="dq", limit="speed", unit="rate [rad/s]", title="rates"),
     "angles": partial(_joint_figure, name="q", limit=None, unit="angle [rad]", title="angles"),
 }
-TRANSITION_FIGURES: dict[str, Callable[[Transition], Figure]] = {
+TRANSITION_FIGURES: dict[str, Callable[[Any], Figure]] = {
     "ground_force": _transition_forces,
     **_OF_JOINTS,
     "walk": _transition_walk,
 }
-FIGURES: dict[str, Callable[[Gait], Figure]] = {
+FIGURES: dict[str, Callable[[Any], Figure]] = {
     "step": step_figure,
     "ground_force": force_figure,
     "cop": cop_figure,
@@ -625,18 +610,16 @@ def make_figure(gait: Gait | Transition, name: str) -> Figure:
         RobotError: the gait's URDF cannot be drawn.
     """
     must_be_gait(gait)
-    names = _names(gait)
-    if name not in names:
-        hint = did_you_mean(name, names)
-        raise InputError(f"there is no figure '{name}'; {hint}choose from {', '.join(names)}")
+    drawings = _drawings(gait)
+    if name not in drawings:
+        hint = did_you_mean(name, drawings)
+        raise InputError(f"there is no figure '{name}'; {hint}choose from {', '.join(drawings)}")
     with styled():
-        if isinstance(gait, Transition):
-            return TRANSITION_FIGURES[name](gait)
-        return FIGURES[name](gait)
+        return drawings[name](gait)
 
 
-def _names(gait: Gait | Transition) -> tuple[str, ...]:
-    return tuple(TRANSITION_FIGURES if isinstance(gait, Transition) else FIGURES)
+def _drawings(gait: Gait | Transition) -> dict[str, Callable[[Any], Figure]]:
+    return TRANSITION_FIGURES if isinstance(gait, Transition) else FIGURES
 
 
 def write_figures(
@@ -669,7 +652,7 @@ def write_figures(
         )
     folder = make_directory(Path(directory))
     written = []
-    for name in _names(gait) if names is None else names:
+    for name in _drawings(gait) if names is None else names:
         figure = make_figure(gait, name)
         for kind in formats:
             written.append(write_atomically(folder / f"{name}.{kind}", rendered(figure, kind)))
