@@ -24,6 +24,7 @@ from gaitopt.cli.command_options import CodesignOptions
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.display import screen
 from gaitopt.cli.idle import refuse_idle
+from gaitopt.cli.motors import MOTOR_FILE, motors_text
 from gaitopt.cli.process import ExitCode, StopRequest, stop_on_interrupt
 from gaitopt.cli.request import (
     Request,
@@ -34,7 +35,6 @@ from gaitopt.cli.request import (
     make_task,
 )
 from gaitopt.cli.results import keep_files, require_writable
-from gaitopt.cli.size import MOTOR_FILE, motors_text
 from gaitopt.design.codesign import (
     RATIO,
     CoDesign,

@@ -28,9 +28,8 @@ from gaitopt.gait.task import Task
 from gaitopt.model.legs.overrides import TORSO
 from gaitopt.model.robot import Robot
 from gaitopt.view.animation import Scene, build_scene
-from gaitopt.view.curves import curves
 from gaitopt.view.live_server import Message, Slider, serve
-from gaitopt.view.page import details, film, gait_page, headline
+from gaitopt.view.page import curves, details, film, gait_page, headline
 from gaitopt.view.scene_server import LOCAL, is_local
 from gaitopt.view.viewer import Node, RecordingWindow, page_file
 

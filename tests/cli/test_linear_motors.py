@@ -22,8 +22,7 @@ from gaitopt.gait.task import Margins
 from gaitopt.sweep.table import motor_columns, unit_of
 from gaitopt.units import motion_words
 from gaitopt.view.comparison_figures import torque_speed_figure
-from gaitopt.view.curves import curves
-from gaitopt.view.page import page_text
+from gaitopt.view.page import curves, page_text
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -12,8 +12,7 @@ from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.motor_space import driven_joints
 from gaitopt.gait.result import robot_of
 from gaitopt.view.comparison_figures import torque_speed_figure
-from gaitopt.view.curves import curves
-from gaitopt.view.page import page_text
+from gaitopt.view.page import curves, page_text
 
 TABLE = EXAMPLES / "linkages.toml"
 QUIET = ("--no-page", "--no-figures", "-q")

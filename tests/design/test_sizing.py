@@ -67,7 +67,7 @@ def test_a_search_that_is_stopped_blames_no_motor(gaits, catalogue):
 
 
 def test_gaits_are_designed_again_and_certified(gaits, catalogue, tmp_path):
-    from gaitopt.cli.size import motors_text
+    from gaitopt.cli.motors import motors_text
 
     found = size(gaits, catalogue, QUICK)
     assert found.settled

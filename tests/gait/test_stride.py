@@ -32,9 +32,8 @@ from gaitopt.gait.stride import StrideLayout
 from gaitopt.mechanics.forward_kinematics import YAW
 from gaitopt.motions.export import json_text, stride_samples
 from gaitopt.simulate.second_engine import second_engine
-from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES
-from gaitopt.view.page import facts
+from gaitopt.view.page import curves, facts
 
 
 @cache

@@ -23,9 +23,8 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.view.animation import build_scene
-from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES, write_figures
-from gaitopt.view.page import _prices, details, headline, page_text, write_page
+from gaitopt.view.page import _prices, curves, details, headline, page_text, write_page
 from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
 FLAGS = (

@@ -10,10 +10,9 @@ from transitions import from_rest, to_rest
 
 from gaitopt.contact import BOTH_FEET
 from gaitopt.view.animation import transition_frames
-from gaitopt.view.curves import curves
 from gaitopt.view.figure_style import rendered
 from gaitopt.view.figures import TRANSITION_FIGURES, make_figure
-from gaitopt.view.page import page_text
+from gaitopt.view.page import curves, page_text
 from gaitopt.view.stick_figures import COLOURS
 
 
