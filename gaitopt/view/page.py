@@ -128,10 +128,7 @@ def _joints(
         line: Record = {"name": gait.joint_names[joint], "side": side, "y": y[:, joint]}
         lines.append(line if x is None else {**line, "x": x[:, joint]})
     limit = None if limits is None else float(np.min(limits[list(group)]))
-    return {
-        "title": title, "unit": unit, "joints": [gait.joint_names[j] for j in group],
-        "limits": _bounds(limit), "lines": lines,
-    }  # fmt: skip
+    return _panel(title, unit, lines, [gait.joint_names[j] for j in group], _bounds(limit))
 
 
 def _linkages(
@@ -165,33 +162,33 @@ def _ground(gait: Recorded, samples: TrajectorySamples) -> Iterable[Record]:
     """Yield panels of force, friction and centre of pressure of both feet."""
     force = samples.force
     for axis, title in ((2, "vertical force"), (0, "forward force"), (1, "force to the left")):
-        yield {
-            "title": title, "unit": "N", "joints": [], "limits": [],
-            "lines": [
-                {"name": foot, "side": side, "y": force[:, k, axis]}
-                for k, foot, side in _each_foot(gait)
-            ],
-        }  # fmt: skip
+        feet = _each_foot(gait)
+        lines = [{"name": foot, "side": s, "y": force[:, k, axis]} for k, foot, s in feet]
+        yield _panel(title, "N", lines)
     normal = samples.wrench[..., 2]
     tangential = np.hypot(samples.wrench[..., 0], samples.wrench[..., 1])
     used = np.where(samples.contact & (normal > 0.0), tangential / np.where(normal, normal, 1), 0.0)
-    yield {
-        "title": "friction used", "unit": "-", "joints": [],
-        "limits": _bounds(gait.number("task", "margins", "friction")),
-        "lines": [
-            {"name": foot, "side": side, "y": used[:, k]} for k, foot, side in _each_foot(gait)
-        ],
-    }  # fmt: skip
+    lines = [{"name": foot, "side": side, "y": used[:, k]} for k, foot, side in _each_foot(gait)]
+    limits = _bounds(gait.number("task", "margins", "friction"))
+    yield _panel("friction used", "-", lines, limits=limits)
     for k, foot, side in _each_foot(gait):
         toe, heel, left, right = gait.trajectory.body.sole_rectangle[k]
-        yield {
-            "title": f"centre of pressure, {foot}", "unit": "m", "joints": [], "limits": [],
-            "box": [float(edge) for edge in (heel, right, toe, left)],
-            "lines": [
-                {"name": foot, "side": side, "x": samples.pressure[:, k, 0],
-                 "y": samples.pressure[:, k, 1]}
-            ],
-        }  # fmt: skip
+        x, y = samples.pressure[:, k].T
+        lines = [{"name": foot, "side": side, "x": x, "y": y}]
+        box = [float(edge) for edge in (heel, right, toe, left)]
+        yield _panel(f"centre of pressure, {foot}", "m", lines, box=box)
+
+
+def _panel(
+    title: str,
+    unit: str,
+    lines: Sequence[Record],
+    joints: Sequence[str] = (),
+    limits: Sequence[float] = (),
+    **box: object,
+) -> Record:
+    own = {"joints": joints, "limits": limits}
+    return {"title": title, "unit": unit, **own, **box, "lines": lines}
 
 
 def _each_foot(gait: Recorded) -> Iterable[tuple[int, str, str]]:
@@ -615,7 +612,7 @@ def replay_curves(gait: Gait, replay: Replay) -> Record:
             {"name": name, "side": side, "y": y}
             for (name, side, _), y in zip(both, values, strict=True)
         ]
-        return {"title": title, "unit": unit, "joints": joints, "limits": [], "lines": lines}
+        return _panel(title, unit, lines, joints)
 
     bases = [configuration[:, :3] for _, _, configuration in both]
     tilts = [_tilt(gait, configuration) for _, _, configuration in both]
