@@ -294,9 +294,15 @@ COUPLINGS = [
     ("{'friction': ('load', float('nan'))}", "cannot be among the couplings"),
     ("{'friction': ('load', 0)}", "cannot be among the couplings"),
     ("{'friction': ('load', 'x')}", "cannot be among the couplings"),
-    ("{'friction': ('lod', 1.0)}", "there is no constraint 'lod', which is among the couplings"),
-    ("{'frition': ('load', 1.0)}", "there is no margin 'frition', which is among the couplings"),
-    ("{5: ('load', 1.0)}", "there is no margin 5, which is among the couplings"),
+    (
+        "{'friction': ('lod', 1.0)}",
+        "no constraint 'lod'; did you mean 'load'. it is among the coupl",
+    ),
+    (
+        "{'frition': ('load', 1.0)}",
+        "no margin 'frition'; did you mean 'friction'. it is among the coupl",
+    ),
+    ("{5: ('load', 1.0)}", "there is no margin 5; it is among the couplings"),
 ]
 
 

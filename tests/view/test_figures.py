@@ -126,7 +126,9 @@ def test_equal_gaits_give_equal_pictures(tmp_path, monkeypatch):
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no figure 'torque'; choose from step"):
+    with pytest.raises(
+        InputError, match=r"no figure 'torque'; did you mean 'torques'. choose from step"
+    ):
         make_figure(sample_gait(), "torque")
     with pytest.raises(InputError, match="choose png, svg, pdf"):
         write_figures(sample_gait(), tmp_path, ("gif",))
