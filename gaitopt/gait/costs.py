@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import EvaluationError, GaitoptError, InputError, there_are
+from gaitopt.errors import EvaluationError, GaitoptError, InputError, did_you_mean, there_are
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     Constraint,
@@ -660,8 +660,8 @@ def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Co
     names = _fields_of(costs[name])
     if unknown := set(changes) - set(names):
         raise InputError(
-            f"the cost '{name}' has no {', '.join(sorted(unknown))}; it has "
-            f"{', '.join(names) or 'no fields'}"
+            f"the cost '{name}' has no {', '.join(sorted(unknown))}; "
+            f"{did_you_mean(min(unknown), names)}it has {', '.join(names) or 'no fields'}"
         )
     return _changed(costs[name], changes)
 
@@ -696,7 +696,7 @@ def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Co
     parts, known = [part.split() for part in text.split("+")], tuple(known)
     if parts == [[text.strip()]] or text in (one.name for one in known):
         return cost_by_name(text.strip(), known, **changes)
-    terms, taken = [], set[str]()
+    terms, names = [], set[str]()
     for part in parts:
         *weight, name = part or [""]
         try:
@@ -709,10 +709,14 @@ def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Co
                 "weight before it, as in 'torque + 0.5 energy'"
             )
         plain = cost_by_name(name, known)
-        taken |= set(_fields_of(plain)) & set(changes)
+        names |= set(_fields_of(plain))
         terms.append((_changed(plain, changes), value))
-    if unknown := set(changes) - taken:
-        raise InputError(f"no cost of '{text}' has {', '.join(sorted(unknown))}")
+    if unknown := set(changes) - names:
+        hint = did_you_mean(min(unknown), names)
+        known_ones = ", ".join(sorted(names)) or "no fields"
+        raise InputError(
+            f"no cost of '{text}' has {', '.join(sorted(unknown))}; {hint}they have {known_ones}"
+        )
     return WeightedSum(tuple(terms))
 
 

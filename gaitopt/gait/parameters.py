@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError, there_are
+from gaitopt.errors import InputError, did_you_mean, there_are
 from gaitopt.gait import foot_turn
 from gaitopt.model.scales import BIPED, Scales
 from gaitopt.nlp import Array
@@ -374,7 +374,7 @@ def set_geometry(
         if unknown := set(change) - known:
             raise InputError(
                 f"{name} has no field {', '.join(sorted(unknown))}; "
-                f"it has {', '.join(sorted(known))}"
+                f"{did_you_mean(min(unknown), known)}it has {', '.join(sorted(known))}"
             )
     changed = tuple(
         replace(q, **changes[q.name]) if q.name in changes else q  # type: ignore[arg-type]

@@ -478,7 +478,7 @@ class Task:
             if name in declared_margins(owner):
                 value: float | bool | None = getattr(owner, name)
                 return value
-        raise InputError(f"there is no margin '{name}'; there are {', '.join(self.declared)}")
+        raise InputError(f"there is no margin '{name}'; {there_are(self.declared, name)}")
 
     def with_margins(self, values: Mapping[str, float | bool | None]) -> Task:
         """Return the task with other values of some margins.

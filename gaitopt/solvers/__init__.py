@@ -45,7 +45,10 @@ def solver_by_name(name: str, **options: Any) -> Solver:
     allowed = [field.name for field in fields(SOLVERS[name])]
     for option in options:
         if option not in allowed:
-            raise InputError(f"solver {name} has no option {option!r}; it has {', '.join(allowed)}")
+            hint = did_you_mean(option, allowed)
+            raise InputError(
+                f"solver {name} has no option {option!r}; {hint}it has {', '.join(allowed)}"
+            )
     return SOLVERS[name](**options)
 
 
