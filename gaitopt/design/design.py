@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.bounds import must_be
-from gaitopt.design.certificate import worst_rows
+from gaitopt.design.certificate import on_fine_grid, worst_rows
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import (
+    ROUND,
     Design,
     attempt,
     complete,
@@ -23,6 +24,7 @@ from gaitopt.design.pipeline import (
     is_walk,
     parameters_of,
 )
+from gaitopt.design.refinement import quadratic, refine, with_work
 from gaitopt.errors import (
     EvaluationError,
     InputError,
@@ -79,7 +81,19 @@ def design(
     x = _guess(problem, search) if start is None else checked_start(problem, start)
     if isinstance(start, Gait):
         problem, multipliers = gone_on(problem, start)
-    return complete(problem, searched(problem, search, x, multipliers), search)
+    newton = quadratic(search.options.solver.first_stage) if multipliers is None else None
+    if newton is None or search.options.differences != "none" or not search.options.refine:
+        return complete(problem, searched(problem, search, x, multipliers), search)
+    solution = attempt(problem, search.changed(solver=replace(newton, early=True)), x)
+    if solution.status is Status.OPTIMAL:
+        fine = on_fine_grid(problem)
+        finer, found = refine(problem, solution, newton.limited(ROUND), search, fine=fine)
+        if finer is not problem:
+            return complete(finer, found, search, fine)
+        solution = with_work(attempt(problem, search, solution.x, solution.multipliers), solution)
+    if not is_walk(solution):
+        solution = walk_after_diagnosis(problem, [solution], search)
+    return complete(problem, solution, search)
 
 
 def checked_start(problem: WalkProblem, start: Array | Gait | None) -> Array:

@@ -126,11 +126,21 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
     Raises:
         EvaluationError: the walk is not defined at x, or a row has no finite value.
     """
+    return _located(fine, x.tobytes(), everywhere)
+
+
+@lru_cache(maxsize=2)
+def _located(fine: WalkProblem, parameters: bytes, everywhere: bool) -> tuple[Extreme, ...]:
+    """See `located`; the last ones are kept, since one asks after another.
+
+    Args:
+        parameters: x, shape (P,), as bytes.
+    """
     sides = _sides(fine)
-    at_instants = tuple(_at_instants(fine, x, set(sides.names)))
+    at_instants = tuple(_at_instants(fine, np.frombuffer(parameters), set(sides.names)))
     if not sides.names:
         return at_instants
-    pieces = _resolved(fine, x.tobytes())
+    pieces = _resolved(fine, parameters)
     return *_polished(
         pieces, sides, fine.edges, *_brackets(pieces, fine.changes, everywhere)
     ), *at_instants

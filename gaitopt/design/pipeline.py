@@ -21,8 +21,9 @@ import pinocchio as pin
 
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.dataclass import dataclass
-from gaitopt.design.active_set import violated_rows
+from gaitopt.design.active_set import exceeded, violated_rows
 from gaitopt.design.certificate import Certificate, certify, on_fine_grid
+from gaitopt.design.extremes import located
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.refinement import refine, with_work
 from gaitopt.design.shadow_prices import shadow_prices
@@ -256,17 +257,22 @@ def derived(problem: WalkProblem, options: DesignOptions) -> NLP:
     return FiniteDifferenceNLP(problem, cost_gradient_only=options.differences == "constraints")
 
 
-def complete(problem: WalkProblem, solution: Solution, search: Search) -> Design:
+def complete(
+    problem: WalkProblem, solution: Solution, search: Search, fine: WalkProblem | None = None
+) -> Design:
     """Refine, confirm and certify a walk that was solved on the samples of its task.
+
+    Args:
+        fine: the walk on the certificate's grid, of one that is refined already.
 
     Raises:
         EvaluationError: the walk is not defined between its samples.
     """
-    return finished(*polished(problem, solution, search))
+    return finished(*polished(problem, solution, search, fine))
 
 
 def polished(
-    problem: WalkProblem, solution: Solution, search: Search
+    problem: WalkProblem, solution: Solution, search: Search, fine: WalkProblem | None = None
 ) -> tuple[WalkProblem, Solution, bool, WalkProblem]:
     """Refine and confirm a walk; as `complete`.
 
@@ -274,11 +280,13 @@ def polished(
         What `finished` takes: the walk on its final grid, its solution, whether it was refined, the
         walk on the certificate's grid.
     """
-    problem, solution = landed_softly(problem, solution, search)
-    fine, options = on_fine_grid(problem), search.options
-    if options.refine:
-        first = options.solver.first_stage.limited(ROUND)
-        problem, solution = refine(problem, solution, first, search, fine=fine)
+    options = search.options
+    first = options.solver.first_stage.limited(ROUND)
+    if fine is None:
+        problem, solution = landed_softly(problem, solution, search)
+        fine = on_fine_grid(problem)
+        if options.refine:
+            problem, solution = refine(problem, solution, first, search, fine=fine)
     confirmed = options.solver.confirm(problem, solution, search.callback(problem), search.ends)
     if options.refine and _lets_go(fine, solution, confirmed):
         # A row that hardly presses is not held by Newton's method, which then passes it between
@@ -293,7 +301,8 @@ def polished(
 
 def _lets_go(fine: WalkProblem, before: Solution, after: Solution) -> bool:
     """Return whether a solution exceeds limits between its samples that one before it kept."""
-    return bool(violated_rows(fine, after.x)) and not violated_rows(fine, before.x)
+    extremes = located(fine, after.x, everywhere=True)  # as the certificate asks next
+    return bool(exceeded(fine, extremes)) and not violated_rows(fine, before.x)
 
 
 def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:

@@ -71,7 +71,7 @@ from gaitopt.nlp import (
 from gaitopt.solvers.globalization import RAISE, initial_penalty
 from gaitopt.solvers.hessian import MOST
 from gaitopt.solvers.newton import is_strict_minimum
-from gaitopt.solvers.solver import Solver, make_iterate
+from gaitopt.solvers.solver import Solver, make_iterate, with_least_squares_multipliers
 from gaitopt.solvers.sqp import SQP, WARM_RADIUS
 from gaitopt.solvers.subproblem import (
     ElasticStep,
@@ -425,6 +425,9 @@ def refine(
 ) -> tuple[WalkProblem, Solution]:
     """Solve again, warm, with the violated instants of the fine grid, until none is left.
 
+    A walk that is nearly solved at its samples, to less than the solver's tolerances, is returned
+    as it is where Newton's method for moving instants leads to no minimum from there.
+
     Args:
         solver: used for every round.
         search: who is told; where it is stopped, the walk of the last complete round is kept.
@@ -444,6 +447,9 @@ def refine(
         return method.solve(finer, start, search.callback(finer), search.ends)
 
     solve, newton = partial(solve_with, solver), quadratic(solver)
+    nearly = (
+        newton is not None and solution.status is Status.OPTIMAL and not newton.settles(solution)
+    )
     resting: tuple[WalkProblem, Solution] | None = None
     parted = problem, solution  # before the first instants that moved along
     for way in (newton, None):
@@ -451,10 +457,12 @@ def refine(
         if parted[0] is not problem:
             peaks = violated_rows(fine, parted[1].x)
         active = active_rows(parted[0], parted[1].multipliers)
-        rounds = exchange(parted[0], parted[1].x, active, solve, fine, peaks, way)
+        rounds = exchange(parted[0], parted[1].x, active, solve, fine, peaks, way, nearly)
         for finer, again, near in rounds:
             moving = moving or near
             if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
+                if nearly:
+                    return problem, solution
                 found = found[0], _kept(found[1], again)
                 break
             found = finer, with_work(again, found[1])
@@ -466,6 +474,8 @@ def refine(
         beside = _held_beside(problem, fine, *found, solver, solve_with)
         if beside is not None:
             return beside
+        if nearly:
+            return problem, solution
         resting = resting or found
     crawled = found[1].status is not Status.OPTIMAL  # among rows that are nearly alike
     if crawled and resting is not None and resting[1].status is Status.OPTIMAL:
@@ -510,8 +520,8 @@ def is_strict(problem: WalkProblem, solution: Solution) -> bool:
     if solution.status is not Status.OPTIMAL:
         return solution.status is Status.INTERRUPTED
     point, scale = problem.point(solution.x), problem.variables.scale
-    iterate = make_iterate(problem, point, solution.multipliers, solution.bound_multipliers)
-    hessian = problem.hessian(solution.x, solution.multipliers, problem.cost_scale)
+    iterate = with_least_squares_multipliers(problem, point)  # as who confirms it will
+    hessian = problem.hessian(point.x, iterate.multipliers, problem.cost_scale)
     return is_strict_minimum(problem, iterate, hessian * np.outer(scale, scale))
 
 
@@ -528,6 +538,7 @@ def exchange(
     fine: WalkProblem | None,
     peaks: Iterable[ViolatedRow] = (),
     newton: SQP | None = None,
+    nearly: bool = False,
 ) -> Iterator[tuple[WalkProblem, Solution, bool]]:
     """Yield walk, solution and whether Newton's method began it, until a walk keeps the limits.
 
@@ -541,6 +552,7 @@ def exchange(
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
         peaks: where x exceeds limits.
         newton: of whose kind rounds may begin with Newton's method, its instants moving along.
+        nearly: whether x is only nearly a solution; nothing is yielded where the first cannot.
 
     Raises:
         EvaluationError: a solution's walk is not defined on the fine grid.
@@ -552,6 +564,8 @@ def exchange(
         if newton is not None and fine is not None and number < FOLLOWED:
             near = resting_walk(sparse, fine, x, active, newton)
         beside = [one for peak in peaks for one in peak.beside]  # to stay if they press
+        if near is None and nearly and number == 0:
+            return
         if near is None:
             instants = np.union1d(instants, instants_of(sparse, active))
         else:
@@ -598,7 +612,10 @@ def pruned(
     Limits with nearly the same gradients cost a second opinion more than all the rest.
     """
     active = active_rows(problem, solution.multipliers)
-    lean = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, active)))
+    grid = sparse.grid.with_instants(instants_of(sparse, active))
+    if grid.instants.size == problem.grid.instants.size:
+        return problem, solution  # what is known of it stays so
+    lean = sparse.with_grid(grid)
     return lean, replace(solution, multipliers=placed(lean, active))
 
 

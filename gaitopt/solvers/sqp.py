@@ -24,6 +24,7 @@ from gaitopt.solvers.globalization import (
     CEILING,
     FILTER_RESETS,
     LARGE_VIOLATION,
+    LASTING_DECREASE,
     NEARLY_FEASIBLE,
     RAISE,
     SHRINK,
@@ -74,6 +75,8 @@ fifth fewer iterations, but lead one of ten random bipeds to an optimum that cos
 UNBOUNDED_AFTER = 100
 """Longest steps in a row, all feasible, after which a cost is called unbounded: 200 units of the
 variables' scale with the default radius, in radians thirty turns."""
+EARLY, EARLY_FEASIBLE = 0.03, 1e-3
+"""Length of the next step and violation with which a run ends that need not arrive (measured)."""
 POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
@@ -110,6 +113,7 @@ class SQP(SingleStage):
             multipliers, and is raised by itself when it proves too small (measured: begun with
             that sum or less, more starts lead to an optimum than with several times as much) ...
         max_penalty: ... but not beyond this; only then is a program called infeasible.
+        early: whether a run ends as soon as it is near, where another method arrives sooner.
     """
 
     name: ClassVar[str] = "sqp"
@@ -128,6 +132,7 @@ class SQP(SingleStage):
     min_radius: float = 1e-10
     penalty: float = 200.0
     max_penalty: float = 1e6
+    early: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -149,6 +154,10 @@ class SQP(SingleStage):
         if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
             status = Status.STALLED  # it went astray from a feasible iterate
         return replace(recorder.solution(status, best), hessian=run.hessian.last)
+
+    def settles(self, answer: Solution) -> bool:
+        """Return whether an answer satisfies the conditions as closely as is asked."""
+        return answer.optimality <= self.tolerance and answer.violation <= self.feasibility
 
     def limited(self, iterations: int, tolerance: float = 0.0) -> SQP:
         """Return the solver with at most so many iterations, and no tighter tolerance."""
@@ -200,6 +209,7 @@ class _Run:
         self.renewed = False
         self.strides = 0
         self.idle, self.least_residual = 0, np.inf
+        self.crawls = False
         self.model: LocalModel | None = None
         self.bent = np.zeros((0, 0))  # the Hessian that the model was made of
         self.by_cost = False  # whether the model bends as the cost alone does
@@ -225,16 +235,16 @@ class _Run:
     def _is_optimal_by_itself(self) -> bool:
         """Whether an iterate that gets no nearer, or is near, is optimal by other multipliers."""
         residual, feasible = self.iterate.residual.worst, self.options.feasibility
-        if self.iterate.violation > feasible or residual < self.least_residual:
+        if self.iterate.violation > feasible or residual < LASTING_DECREASE * self.least_residual:
             self.idle = 0
         else:
             self.idle += 1
-        if self.iterate.violation <= feasible:
+        if self.iterate.violation <= feasible and self.idle == 0:
             self.least_residual = min(residual, self.least_residual)
+        self.crawls = self.idle >= RECHECK_AFTER
         due = residual <= (POLISH_BELOW if self.idle >= RECHECK_AFTER else NEARLY)
         if not due or self.iterate.violation > feasible:
             return False
-        self.idle = 0
         own = with_least_squares_multipliers(self.nlp, self.iterate.point, self.options.tolerance)
         if not self._is_optimal(own):
             return False
@@ -255,7 +265,7 @@ class _Run:
         if step is None and model.convex.sigma > MOST:
             self.model = model = self._built(MOST)
             posed, step = self._solve_subproblem(model)
-        if step is not None and self.iterate.violation <= NEARLY_FEASIBLE:
+        if step is not None and self.iterate.violation <= NEARLY_FEASIBLE and not self.crawls:
             model, posed, step = self._guessed_again(model, posed, step)
         if step is None:
             self._shrink(self.region.radius)
@@ -289,7 +299,7 @@ class _Run:
     def _model(self) -> LocalModel:
         if self.model is None:
             self.bent = self.hessian.at(self.iterate)
-            self.model = self._built()
+            self.model = self._built(MOST if self.crawls else np.inf)
         return self.model
 
     def _built(self, most: float = np.inf) -> LocalModel:
@@ -324,7 +334,7 @@ class _Run:
     def _verdict(self, step: ElasticStep) -> Status | None:
         """Judge the iterate with the new multipliers, before any step is taken."""
         iterate = self._iterate_at(self.iterate.point, step)
-        if self._is_optimal(iterate):
+        if self._is_optimal(iterate) or (self.options.early and self._is_near(iterate, step)):
             self.iterate = iterate
             return Status.OPTIMAL
         if step.slack <= STEERED * iterate.violation:
@@ -480,6 +490,11 @@ class _Run:
 
     def _is_optimal(self, iterate: Iterate) -> bool:
         return iterate.is_optimal(self.options.tolerance, self.options.feasibility)
+
+    def _is_near(self, iterate: Iterate, step: ElasticStep) -> bool:
+        """Whether a step says that an iterate is nearly optimal."""
+        free = not self.region.holds(step.length) and step.slack <= self.options.feasibility
+        return free and step.length <= EARLY and iterate.violation <= EARLY_FEASIBLE
 
     def _collapsed(self) -> Status | None:
         """Say why the region collapsed; the multipliers of short steps are poor, so ask again.

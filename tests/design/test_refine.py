@@ -7,11 +7,13 @@ from walks import walk
 from gaitopt.design import refinement
 from gaitopt.design.active_set import violated_rows
 from gaitopt.design.certificate import on_fine_grid
-from gaitopt.design.options import Search
+from gaitopt.design.design import design
+from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.refinement import refine
 from gaitopt.gait.grid import Grid
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Solution, Status
+from gaitopt.nlp import Solution, Start, Status
 from gaitopt.solvers import SQP, Solver, solver_by_name
 from gaitopt.tolerances import LIMITS
 
@@ -122,7 +124,8 @@ def test_where_exchange_crawls_the_walk_of_newton_is_kept(sampled_design, monkey
 
     def crawling(*args):
         for grid, solution, near in exchanged(*args):
-            ends = Status.OPTIMAL if args[-1] is not None else Status.ITERATION_LIMIT
+            *_, newton, _ = args
+            ends = Status.OPTIMAL if newton is not None else Status.ITERATION_LIMIT
             yield grid, replace(solution, status=ends), near
 
     _, quick = refine(problem, first, SQP(), Search())
@@ -187,6 +190,48 @@ def test_a_round_that_fails_keeps_the_gait_before_it(sampled_design, failure, ke
     assert solution.evaluations == first.evaluations + 4
     assert solution.hessians == first.hessians + 2
     assert solution.seconds == pytest.approx(first.seconds + 0.5)
+
+
+@pytest.fixture(scope="module")
+def nearly(sampled_design):
+    """The same walk, not quite solved at its samples."""
+    problem = sampled_design.problem
+    return SQP(early=True).solve(problem, Start(first_guess(problem)))
+
+
+def test_a_walk_nearly_solved_is_refined_to_the_same_with_less_work(sampled_design, nearly):
+    problem, solved = sampled_design.problem, sampled_design.solution
+    assert nearly.status is Status.OPTIMAL
+    assert nearly.optimality > SQP().tolerance
+    assert nearly.hessians < solved.hessians
+    _, usual = refine(problem, solved, SQP(), Search())
+    finer, found = refine(problem, nearly, SQP(), Search())
+    assert not violated_rows(on_fine_grid(finer), found.x)
+    assert found.cost == pytest.approx(usual.cost, rel=1e-8)
+    assert found.hessians < usual.hessians
+
+
+def test_a_walk_nearly_solved_is_left_where_no_minimum_is_near(sampled_design, nearly, monkeypatch):
+    problem = sampled_design.problem
+    monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
+    assert refine(problem, nearly, SQP(), Search()) == (problem, nearly)
+    monkeypatch.setattr(refinement, "resting_walk", lambda *_: None)
+    assert refine(problem, nearly, SQP(), Search()) == (problem, nearly)
+    failed = problem, replace(nearly, status=Status.INFEASIBLE), True
+    monkeypatch.setattr(refinement, "exchange", lambda *_: iter([failed]))
+    assert refine(problem, nearly, SQP(), Search()) == (problem, nearly)
+
+
+def test_a_design_is_the_same_where_its_search_could_not_end_early(
+    robot, standard_task, refined_design, monkeypatch
+):
+    monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
+    monkeypatch.setattr(refinement, "resting_walk", lambda *_: None)
+    options = DesignOptions(solver=solver_by_name("sqp"))
+    exchanged = design(robot, standard_task, options)
+    assert exchanged.certificate.certified
+    assert exchanged.solution.cost == pytest.approx(refined_design.solution.cost, rel=1e-6)
+    assert exchanged.solution.hessians > refined_design.solution.hessians
 
 
 def test_margins_of_the_helper_are_real():
