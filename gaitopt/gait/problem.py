@@ -113,6 +113,7 @@ class WalkProblem(NLP):
     _last_step: Step | Steps | None = None
     _last_derivatives: _Derivatives | None = None
     _last_values: Values | None = None
+    _last_gradient: tuple[_Derivatives, dict[Quantity, Array]] | None = None
     _last_point: Point | None = None
     _last_hessian: tuple[Array, Array, float, Array] | None = None  # after its three arguments
 
@@ -317,11 +318,17 @@ class WalkProblem(NLP):
         if self._last_point is not None and self._last_point.x is step.x:
             return self._last_point
         gradient = np.zeros(self.layout.size)
-        for one, weight in self.cost.gradient(step).items():
+        for one, weight in self._cost_gradient(found).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         slopes = RowSlopes(self._slopes(step, jacobians))
         self._last_point = WalkPoint(self.values(x), gradient, slopes)
         return self._last_point
+
+    def _cost_gradient(self, found: _Derivatives) -> dict[Quantity, Array]:
+        """Return the derivatives of the cost in the quantities (the last ones are kept)."""
+        if self._last_gradient is None or self._last_gradient[0] is not found:
+            self._last_gradient = found, self.cost.gradient(found.whole)
+        return self._last_gradient[1]
 
     def _slopes(self, step: Step | Steps, jacobians: Jacobians) -> list[Table | Product]:
         """Return the derivatives of scaled rows in x, those formed in one table.
@@ -389,7 +396,7 @@ class WalkProblem(NLP):
                 block.function.vjp(entries, y), block.function.hessian(entries, y),
             )  # fmt: skip
         if cost_weight != 0.0:
-            for one, first in self.cost.gradient(step).items():
+            for one, first in self._cost_gradient(found).items():
                 weights.first[one] += cost_weight * first
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)

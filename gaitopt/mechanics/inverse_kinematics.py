@@ -143,7 +143,7 @@ class LegKinematics:
                     matrix @ robot.coupling.at(q).matrix[legs][:, free], gap, rcond=_RANK
                 )[0]
             )
-            largest = float(np.abs(step).max())
+            largest = float(abs(step).max())
             if not math.isfinite(largest):
                 break
             q[moved] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
