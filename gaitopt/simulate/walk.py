@@ -377,17 +377,13 @@ class _Run:
         )
         return lengths, turns, float(off[-1] @ way_of(self._gait, len(places) - 1)[1])
 
-    def _ground(self, step: int) -> float:
-        """Return the height of the ground under a step [m]."""
-        height = float(self._advance(step).translation[2])
-        return height + self._disturbance.ground * (step % 2)
-
     def _prepare_ground(self, foot: int, step: int, late: bool) -> None:
         """Put the ground on which a foot will land where it is, once the foot is above it.
 
         A foot that is still not above it when it is late stumbles over it.
         """
-        place, height = self._data.mocap_pos[self._robot.ground[foot]], self._ground(step)
+        place = self._data.mocap_pos[self._robot.ground[foot]]
+        height = float(self._advance(step).translation[2]) + self._disturbance.ground * (step % 2)
         if place[2] == height:
             return
         sole = self._data.geom_xpos[self._robot.geom[foot]]

@@ -227,8 +227,9 @@ def build_scene(
     """
     must_be_gait(gait)
     samples = transition_frames(gait) if isinstance(gait, Transition) else frames(gait, steps)
-    walk = samples, _key_times(samples)
-    return _scene(viewer, gait, walk, steps, package_dirs, drawn, None, whole)
+    # the last frame of each step comes a moment earlier: keys must increase
+    times = samples.time - _SWITCH * np.append(np.diff(samples.step) > 0, False)
+    return _scene(viewer, gait, (samples, times), steps, package_dirs, drawn, None, whole)
 
 
 def build_beside(
@@ -345,11 +346,6 @@ def _force_scale(samples: TrajectorySamples, hips: float) -> float:
     return 0.1 / float(
         min((power * n for n in (1, 2, 5, 10)), key=lambda n: abs(np.log(n / exact)))
     )
-
-
-def _key_times(samples: TrajectorySamples) -> Array:
-    """Return the frame times, the last of each step a moment earlier: keys must increase."""
-    return np.asarray(samples.time - _SWITCH * np.append(np.diff(samples.step) > 0, False))
 
 
 def _prepare(viewer: Node, hips: float) -> None:

@@ -168,14 +168,6 @@ def joint_panels(count: int, title: str, more: bool = False) -> tuple[Figure, li
     return figure, list(axes[:count])
 
 
-def name_panel(axes: Axes, number: int, count: int, unit: str, name: str) -> None:
-    """Name a panel of `joint_panels`, and its axes where they are at the edge."""
-    last = number >= count - COLUMNS
-    axes.xaxis.set_tick_params(labelbottom=last)
-    x, y = "time [s]" if last else "", unit if number % COLUMNS == 0 else ""
-    label_axes(axes, x, y, name_on_figure(name))
-
-
 def draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
     """Write the limit of both joints and the share used; draw it where their curves come near.
 
@@ -452,7 +444,10 @@ def _joint_figure(
         drawn = [] if limits is None else draw_limit(axes, whole[:, own], limits[own])
         scale(axes, np.append(whole[:, own], drawn), float(np.abs(whole).max()))
         _mark(axes, gait) if isinstance(gait, Transition) else _mark_phases(axes, gait)
-        name_panel(axes, panel, len(groups), unit, group_name(gait, group[0]))
+        last = panel >= len(groups) - COLUMNS
+        axes.xaxis.set_tick_params(labelbottom=last)
+        x, y = "time [s]" if last else "", unit if panel % COLUMNS == 0 else ""
+        label_axes(axes, x, y, name_on_figure(group_name(gait, group[0])))
     legs = _sides(gait) if isinstance(gait, Transition) else ("stance", "swing leg")
     share_legend(figure, panels, " / ".join(legs))
     return figure

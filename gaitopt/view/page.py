@@ -305,8 +305,9 @@ def headline(gait: Gait | Transition, whose: str = "") -> dict[str, str]:
     """
     told = {name: f"{whose} {name}".strip() for name in ("speed", "step", "cost")}
     rows = (f"<div><dt>{told.get(k, k)}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait))
+    name, way = gait.text("robot"), gait.words if isinstance(gait, Transition) else f"at {gait.way}"
     return {
-        "title": html_text(_title(gait)),
+        "title": html_text(f"{name or 'Walking'}{' walks' if name else ''} {way}"),
         "verdict": html_text(gait.fact("certificate", "verdict") or "no certificate"),
         "facts": "".join(rows),
     }
@@ -360,7 +361,9 @@ def _sections(gait: Gait | Transition) -> Iterator[Section]:
                 for one in own
             ),
         )  # fmt: skip
-    yield Section("Proof", ("check", "result", ">allowed"), tuple(_proof(known)))
+    proof, verdict = known["certificate"], known["certificate"]["verdict"] or "no certificate"
+    rows = (*proof_rows(known["solver"], proof), ("verdict", str(verdict), ""))
+    yield Section("Proof", ("check", "result", ">allowed"), rows)
     prices = tuple(_prices(known.get("shadow_prices")))
     if prices:
         columns = ("number", ">value", ">one unit more changes the cost by")
@@ -386,11 +389,6 @@ def _steps(known: Any) -> Section:
         ">pressure to\nthe edge, mm", ">landing\nN·s",
     )  # fmt: skip
     return Section("Steps", columns, tuple(rows))
-
-
-def _proof(known: Any) -> Iterator[tuple[str, str, str]]:
-    yield from proof_rows(known["solver"], known["certificate"])
-    yield "verdict", str(known["certificate"]["verdict"] or "no certificate"), ""
 
 
 def _prices(records: Any) -> Iterator[tuple[str, str, str]]:
@@ -509,12 +507,6 @@ def _robot(gait: Recorded) -> str:
     head = ", ".join(f"{words[how]}: {count}" for how, count in counts.items())
     rows = "".join(f"<li>{f.how}: {html_text(f.subject)}: {html_text(f.text)}</li>" for f in told)
     return f"<details><summary>about the robot: {head}</summary><ul>{rows}</ul></details>"
-
-
-def _title(gait: Gait | Transition) -> str:
-    name = gait.text("robot")
-    way = gait.words if isinstance(gait, Transition) else f"at {gait.way}"
-    return f"{name or 'Walking'}{' walks' if name else ''} {way}"
 
 
 _PUSHED = f'<span class="mark" style="background:{PUSH}"></span> push, at the pelvis'

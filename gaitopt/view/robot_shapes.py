@@ -500,7 +500,11 @@ def draw_shape(robot: Node, group: str, item: pin.GeometryObject, placement: pin
     if _suffix(item) or isinstance(solid, coal.BVHModelBase):
         parts = file_parts(item.meshPath)
         loaded = None if parts is not None else _loaded(solid, item.meshScale)
-        _draw_parts(node, parts or (() if loaded is None else mesh_parts(loaded)), item)
+        parts = parts or (() if loaded is None else mesh_parts(loaded))
+        for number, (colour, surface) in enumerate(parts):
+            part = node if len(parts) == 1 else node[str(number)]
+            material = _material(item) if colour is None else _painted(colour)
+            part.set_object(_Triangles(surface), material)
     else:
         node.set_object(_simple(solid), _material(item))
         if isinstance(solid, coal.Cylinder | coal.Cone):
@@ -694,14 +698,6 @@ def _surface(corners: Array, normals: Array | None) -> Surface:
         return few
     flat = corners.reshape(-1, 3)
     return Surface(flat, normals, np.arange(len(flat)).reshape(-1, 3))
-
-
-def _draw_parts(node: Node, parts: tuple[Part, ...], item: pin.GeometryObject) -> None:
-    """Draw the parts of a mesh, as the node or as one node each below it."""
-    for number, (colour, surface) in enumerate(parts):
-        part = node if len(parts) == 1 else node[str(number)]
-        material = _material(item) if colour is None else _painted(colour)
-        part.set_object(_Triangles(surface), material)
 
 
 class _Triangles(geometry.TriangularMeshGeometry):  # type: ignore[misc]
