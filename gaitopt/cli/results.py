@@ -49,12 +49,12 @@ def write_results(
     """
     make_directory(directory)
     yield save_gait(gait, directory / GAIT)
+    here, worker = DrawingWorker(), worker or DrawingWorker()
+    drawn = worker.begin(draw_figures, gait, directory / FIGURES) if figures else None
     yield write_record(summarise(gait), directory / SUMMARY)
     yield write_atomically(directory / URDF, gait.urdf.encode())
     yield write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode())
     yield write_atomically(directory / TASK, task_text(request, directory).encode())
-    here, worker = DrawingWorker(), worker or DrawingWorker()
-    drawn = worker.begin(draw_figures, gait, directory / FIGURES) if figures else None
     if page:
         text = (here if figures else worker).begin(draw_page, gait, worker.simplify_rest())()
         yield write_atomically(directory / PAGE, text.encode())
