@@ -430,8 +430,7 @@ class Constraint(ABC):
                 `np.flatnonzero(context.grid.instants == context.touch_down)`, as a refinement adds
                 instants at the end.
         """
-        if instants is None:
-            instants = np.arange(context.grid.count)
+        instants = np.asarray(np.arange(context.grid.count) if instants is None else instants)
         times, phases = context.grid.instants[instants], context.schedule.phases
         block = self._block(function, labels, lower, upper, scale, instants, times)
         if len(phases) == 1:

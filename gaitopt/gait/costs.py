@@ -188,8 +188,15 @@ class RunningCost(Cost):
         """Check the integrand near typical values of the quantities, and the cost there.
 
         Raises:
-            InputError: the integrand cannot be made, or is wrong; see `Cost.check`.
+            InputError: the integrand cannot be made, is wrong, or reads what a step has once; see
+                `Cost.check`.
         """
+        for one in self.reads:
+            if one.rows:
+                raise InputError(
+                    f"the cost '{self.name}' reads {one}, which a step has once; an integral over "
+                    "the step has none of it: subclass Cost in place of RunningCost"
+                )
         try:
             integrand = self.integrand(context.robot)
         except GaitoptError:

@@ -408,6 +408,8 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
     Raises:
         InputError: it cannot be evaluated, returns another shape, or a derivative is wrong.
     """
+    if not typical.size:
+        raise InputError(f"what {what} reads has no entries for this robot")
     random = np.random.default_rng(0)
     at = (typical * random.uniform(0.5, 1.5, typical.size))[None]
     at.flags.writeable = False  # quantities are for all: nobody may write into them

@@ -484,12 +484,20 @@ class WalkProblem(NLP):
         """Check that constraints and costs of one's own have finite values at x.
 
         Raises:
-            InputError: one has none, and no solver could begin there.
+            InputError: one has none, and no solver could begin there, or reads what the walk does
+                not have.
         """
         if not self.task.extensions:
             return
         own = {one.name for one in (*self.task.cost.constraints, *self.task.constraints)}
         step, advice = self.whole(x), "no solver can begin there; let it have one everywhere"
+        reads = [(f"constraint '{b.name}'", b.reads) for b in self.blocks if b.name in own]
+        for what, read in (*reads, (f"cost '{self.task.cost.name}'", self.task.cost.reads)):
+            for one in read:
+                if not step.read(one).size:
+                    raise InputError(
+                        f"the {what} reads {one}, which this walk does not have: {one.frame}"
+                    )
         with np.errstate(all="ignore"):
             for block in self.blocks:
                 values = block.function.value(block.take(step.values))
@@ -636,7 +644,12 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
 
 
 def _check_instants(block: ConstraintBlock, context: ConstraintContext, where: str) -> None:
-    instants = np.asarray(block.instants)
+    instants, once = np.asarray(block.instants), bool(block.reads[0].rows)
+    if once != (block.times is None):
+        had, ask = ("once", "once") if once else ("at every instant", "over_step")
+        raise InputError(
+            f"{where} reads {block.reads[0]}, which a step has {had}; make its rows by self.{ask}"
+        )
     last = (len(block.reads[0].rows) if block.times is None else context.grid.count) - 1
     if not (
         instants.ndim == 1

@@ -4,7 +4,9 @@ import json
 import pickle
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -18,7 +20,8 @@ from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import RunningCost, TorqueCost, WeightedSum
-from gaitopt.gait.functions import ComplexStep, Linear
+from gaitopt.gait.functions import ComplexStep, Linear, SquaredNorm
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -151,6 +154,54 @@ class Twice(Wrong):
 def test_rows_that_do_not_fit_are_refused(robot, constraint, message):
     with pytest.raises(InputError, match=message):
         WalkProblem(robot, preset_task(constraints=(constraint,)))
+
+
+@dataclass(frozen=True)
+class Reading(Constraint):
+    """The first entry of a quantity, in one of the two ways in which rows are made."""
+
+    name, unit, words = "reading", "1", "what is read"
+    way: str = "over_step"
+
+    def block(self, context):
+        (one,) = self.reads
+        first = Linear(np.eye(1, len(one.labels(context.robot))))
+        make = self.once if self.way == "once" else partial(self.over_step, context)
+        return make(first, ("first",), lower=-1e9)
+
+
+class Squared(RunningCost):
+    """The square of a quantity."""
+
+    name, unit, words = "squared", "1", "the square of what is read"
+
+    def integrand(self, robot):
+        return SquaredNorm(np.ones(sum(len(one.labels(robot)) for one in self.reads)))
+
+
+def reading(one):
+    return type("One", (Reading,), {"reads": (one,)}), type("Two", (Squared,), {"reads": (one,)})()
+
+
+@pytest.mark.parametrize("one", quantities.ALL, ids=lambda one: one.name)
+def test_a_quantity_is_read_as_a_step_has_it_or_refused(robot, one):
+    rows, cost = reading(one)
+    wrong, right = ("over_step", "once") if one.rows else ("once", "over_step")
+    if one is not quantities.ARM_GAPS:
+        with pytest.raises(InputError, match=f"which a step has .*; make its rows by self.{right}"):
+            WalkProblem(robot, preset_task(constraints=(rows(way=wrong),)))
+    absent = ("foot_turn", "arm_gaps", "front_wrench", "rear_impulse", "gaps", "advance")
+    missing = pytest.raises(InputError, match=r"this walk does not have|no entries for this")
+    with missing if one.name in (*absent, "peak") else nullcontext():  # a cost brings the peak
+        problem = WalkProblem(robot, preset_task(constraints=(rows(way=right),)))
+        expected = len(one.rows) or problem.grid.count
+        assert (
+            problem.values(first_guess(problem)).rows[problem.rows_of("reading")].size == expected
+        )
+    refused = pytest.raises(InputError, match=r"a step has once; .* subclass Cost in place of")
+    with refused if one.rows else missing if one.name in absent else nullcontext():
+        problem = WalkProblem(robot, preset_task(cost=cost))
+        assert problem.values(first_guess(problem)).cost > 0.0
 
 
 @dataclass(frozen=True)
