@@ -536,7 +536,13 @@ def constraint_blocks(
             its own is not what it says.
     """
     if task.terrain is not None:
-        check_profile(task.terrain, robot.sole, task.step_length, task.margins.nosing)
+        try:
+            check_profile(task.terrain, robot.sole, task.step_length, task.margins.nosing)
+        except GaitoptError:
+            raise
+        except Exception as error:
+            told = failure(error, task.terrain)
+            raise InputError(f"the terrain '{task.terrain.name}': {told}") from error
     contexts = [
         ConstraintContext(
             robot, own, task.margins, task.speed, task.duration, task.speed_as, task.boundary,

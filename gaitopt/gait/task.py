@@ -21,6 +21,7 @@ from gaitopt.gait.constraint import (
     check_declaration,
     check_relaxation,
     declared_margins,
+    failure,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
@@ -45,7 +46,9 @@ from gaitopt.gait.plugin import (
     terrain_from_record,
 )
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
+from gaitopt.model.sole import LEVEL
 from gaitopt.settings import check_choices, checked, entry
+from gaitopt.tolerances import SAME
 from gaitopt.units import DEGREES, SLOPE
 
 SPEED_AS = ("constraint", "penalty")
@@ -226,8 +229,8 @@ class Task:
                 f"a slope of {self.slope:g} rad and a cross_slope of {self.cross_slope:g} rad are "
                 f"too steep together; allowed are {STEEPEST:g} rad in all"
             )
-        if self.terrain is not None and not isinstance(self.terrain, Terrain):
-            raise InputError(f"terrain is {shown(self.terrain)}; give one, as Stairs(0.1)")
+        if self.terrain is not None:
+            _check_terrain(self.terrain)
         self._check_stride()
         for name, unit in (("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
@@ -305,8 +308,6 @@ class Task:
                 f"stairs is {shown(self.stairs)} m; it must be between {-HIGHEST:g} and "
                 f"{HIGHEST:g} m"
             )
-        if self.terrain is not None:
-            check_declaration(self.terrain, "name")
         sloping = self.slope != 0.0 or self.cross_slope != 0.0
         if sum((sloping, self.stairs != 0.0, self.terrain is not None)) > 1:
             raise InputError(
@@ -515,6 +516,23 @@ class Task:
 def _replaced(owner: Any, values: Mapping[str, float | bool | None]) -> Any:
     own = {name: values[name] for name in declared_margins(owner) if name in values}
     return replace(owner, **own) if own else owner
+
+
+def _check_terrain(terrain: object) -> None:
+    """Refuse what is no terrain, and one whose gravity is none; see also `check_profile`."""
+    if not isinstance(terrain, Terrain):
+        raise InputError(f"terrain is {shown(terrain)}; give one, as Stairs(0.1)")
+    check_declaration(terrain, "name")
+    try:
+        down: Any = terrain.down
+    except Exception as error:
+        raise InputError(f"the terrain '{terrain.name}': {failure(error, terrain)}") from error
+    three = isinstance(down, tuple) and len(down) == len(LEVEL) and all(map(is_finite, down))
+    if not (three and abs(math.hypot(*down) - 1.0) < SAME and -down[2] >= math.cos(STEEPEST)):
+        raise InputError(
+            f"on the terrain '{terrain.name}' gravity points along {shown(down)}; give a tuple of "
+            f"unit length, no farther than {STEEPEST:g} rad from (0, 0, -1)"
+        )
 
 
 def _own(constraints: object) -> tuple[Constraint, ...]:

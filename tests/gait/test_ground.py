@@ -1,6 +1,6 @@
 """Walks on slopes and stairs, judged by laws that know no walk."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -24,7 +24,7 @@ from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import ground_of
-from gaitopt.gait.terrain import Slope, Stairs
+from gaitopt.gait.terrain import Profile, Slope, Stairs, Terrain
 from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.reader import read_source
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Trunk
@@ -373,3 +373,69 @@ def test_a_slope_steeper_than_friction_holds_is_told(robot):
     assert said.startswith("a slope of 30.9 % asks for a coefficient of friction of at least 0.309")
     enough = replace(task, margins=replace(task.margins, friction=0.31))
     assert contradictions(WalkProblem(robot, enough)) == ()
+
+
+@dataclass(frozen=True)
+class Odd(Terrain):
+    """A ground that says anything."""
+
+    name = "odd"
+    gravity: object = (0.0, 0.0, -1.0)
+    said: object = "odd ground"
+    shape: object = None
+
+    def words(self, step):
+        return told(self.said)
+
+    @property
+    def down(self):
+        return told(self.gravity)
+
+    def profile(self, sole, step, nosing):
+        return told(self.shape)
+
+
+def told(value):
+    if isinstance(value, Exception):
+        raise value
+    return value
+
+
+class Broken(Profile):
+    """A ground whose height cannot be computed."""
+
+    length = 0.1
+
+    def height(self, x):
+        return 1 / 0
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (
+            {"gravity": (0.0, 0.0, -2.0)},
+            r"gravity points along \(0.0, 0.0, -2.0\); give a tuple of",
+        ),
+        ({"gravity": (0.0, 0.0, 1.0)}, "of unit length, no farther than 1 rad from"),
+        ({"gravity": (0.0, 0.0, np.nan)}, "gravity points along"),
+        ({"gravity": (0.0, -1.0)}, "gravity points along"),
+        ({"gravity": np.array([0.0, 0.0, -1.0])}, "gravity points along array"),
+        ({"gravity": "down"}, "gravity points along 'down'"),
+        ({"gravity": ZeroDivisionError("no")}, "the terrain 'odd': ZeroDivisionError: no"),
+        ({"said": ZeroDivisionError("no")}, "the terrain 'odd': ZeroDivisionError: no"),
+        ({"shape": ZeroDivisionError("no")}, "the terrain 'odd': ZeroDivisionError: no"),
+        ({"shape": Broken()}, "the terrain 'odd': ZeroDivisionError: division by zero"),
+        ({"said": 3}, "the words of the terrain 'odd' are 3; give a text"),
+    ],
+)
+def test_a_ground_that_is_none_is_refused(robot, values, said):
+    with pytest.raises(InputError, match=said):
+        WalkProblem(robot, preset_task(terrain=Odd(**values)))
+
+
+def test_a_ground_of_ones_own_is_a_slope_where_gravity_points_so(robot):
+    own = {"terrain": Odd((-float(np.sin(0.1)), 0.0, -float(np.cos(0.1))))}, {"slope": 0.1}
+    walks = [WalkProblem(robot, preset_task(**ground)) for ground in own]
+    costs = [walk.values(first_guess(walk)).cost for walk in walks]
+    assert costs[0] == pytest.approx(costs[1], rel=1e-12)
