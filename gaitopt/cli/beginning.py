@@ -29,6 +29,9 @@ def leave_with(code: int) -> None:
         code: of the command; its output must be flushed.
     """
     _set(lambda *_: os._exit(code))
+    # Python keeps in mind that an interrupt left code it had as a text, as `dataclass` makes of
+    # imports, and at its end kills itself by SIGINT; the next such code makes it forget.
+    exec("")
 
 
 def _quit(number: int, frame: FrameType | None) -> None:

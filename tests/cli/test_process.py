@@ -85,6 +85,23 @@ def test_a_signal_before_anything_walks(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_an_interrupt_of_code_that_was_a_text_keeps_the_exit_code(tmp_path):
+    """As of imports that make dataclasses: Python would kill itself by SIGINT at its end."""
+    (tmp_path / "interrupted.py").write_text(
+        "from gaitopt.cli.process import exit_code_kept\n"
+        "with exit_code_kept():\n"
+        "    try:\n"
+        "        exec('raise KeyboardInterrupt')\n"
+        "    except KeyboardInterrupt:\n"
+        "        raise SystemExit(130) from None\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-m", "interrupted"], cwd=tmp_path, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert ended.returncode == 130
+
+
 def test_a_signal_amid_imports_ends_it_at_once(designed, rng):
     """Each signal a seeded number of modules after the first own one."""
     words = [sys.executable, "-X", "importtime", "-m", "gaitopt", "check", designed / "gait.npz"]
