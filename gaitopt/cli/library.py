@@ -83,7 +83,7 @@ def _show(asked: LibraryOptions) -> None:
         out.print(library_table(libraries[0], rows[0], names, out.width))
     else:
         units = libraries[0].cost[1], libraries[1].cost[1]
-        table = table_of_libraries((rows[0], rows[1]), axes, units, names, out.width)
+        table = _table_of_libraries((rows[0], rows[1]), axes, units, names, out.width)
         for letter, directory in zip("AB", directories, strict=True):
             out.print(f"{letter}: {directory}", soft_wrap=True)
         out.print(table)
@@ -149,23 +149,14 @@ def library_table(library: Library, rows: list[Row], names: str | None, width: i
     return _table(title, [found[name] for name in wanted if name in fitting])
 
 
-def table_of_libraries(
+def _table_of_libraries(
     rows: tuple[list[Row], list[Row]],
     axes: list[str],
     costs: tuple[str, str],
     names: str | None,
     width: int,
 ) -> Table:
-    """Return a table of two libraries, A and B: their costs, and how much more B takes of a motor.
-
-    Args:
-        costs: units of theirs.
-        names: of columns to compare instead of the cost, joined by commas.
-        width: that there is; motors are left out until it fits.
-
-    Raises:
-        InputError: there is no such column.
-    """
+    """Return a table of two libraries: their costs, and how much more B takes of a motor."""
     places = [{tuple(row[axis] for axis in axes): row for row in one} for one in rows]
     order = sorted({*places[0], *places[1]}, key=lambda place: [float(str(v)) for v in place])
     pairs = [(places[0].get(place, {}), places[1].get(place, {})) for place in order]

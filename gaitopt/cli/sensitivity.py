@@ -7,7 +7,6 @@ import io
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, fields
-from pathlib import Path
 
 from rich.table import Table
 
@@ -55,7 +54,12 @@ def run(asked: SensitivityOptions) -> None:
     for text in report.doubts:
         warn(out, "note", text)
     if output is not None:
-        out.print(f"wrote {write_sensitivities(report, output)}", soft_wrap=True)
+        table = io.StringIO(newline="")
+        writer = csv.DictWriter(table, [one.name for one in fields(Sensitivity)])
+        writer.writeheader()
+        writer.writerows(asdict(one) for one in report.found)
+        written = write_atomically(output, table.getvalue().encode())
+        out.print(f"wrote {written}", soft_wrap=True)
 
 
 def report_of(gait: Gait, known: Sequence[object] = ()) -> SensitivityReport:
@@ -91,16 +95,3 @@ def sensitivity_table(shown: Sequence[Sensitivity], report: SensitivityReport) -
         speed = ABSENT if math.isnan(one.speed) else f"{one.speed:+.4f}"
         table.add_row(one.name, step, f"{share:+.2f}", speed)
     return table
-
-
-def write_sensitivities(report: SensitivityReport, path: Path) -> Path:
-    """Write all sensitivities as CSV, atomically.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, [one.name for one in fields(Sensitivity)])
-    writer.writeheader()
-    writer.writerows(asdict(one) for one in report.found)
-    return write_atomically(path, text.getvalue().encode())

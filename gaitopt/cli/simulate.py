@@ -38,12 +38,8 @@ from gaitopt.view.page_parts import Section
 FRAMES = 30.0  # Hz, of the postures that are kept for them
 
 
-def require_views(page: Path | None, video: Path | None) -> None:
-    """Check, before any work, that a page and a video can be written, where they are wanted.
-
-    Raises:
-        InputError: the directory cannot be written, the kind is unknown, or ffmpeg is not there.
-    """
+def _require_views(page: Path | None, video: Path | None) -> None:
+    """Check, before any work, that a page and a video can be written, where they are wanted."""
     for path, option in ((page, "--page"), (video, "--video")):
         if path is not None:
             if reason := taken_by(path):
@@ -79,19 +75,14 @@ def _replay(robot: SimulatedRobot, name: str, walk: SimulatedWalk, *pushes: Show
     return Replay(name, ending, walk.motion[:, 0], configuration, pushes)
 
 
-def write_views(
+def _write_views(
     gait: Gait,
     shown: list[Replay],
     tables: Iterable[Table],
     page: Path | None,
     video: Path | None,
 ) -> Iterator[Path]:
-    """Write the page and the video that are wanted; each path is told as it is written.
-
-    Raises:
-        InputError: there are too many steps, or a file cannot be written.
-        RobotError: the robot cannot be drawn.
-    """
+    """Write the page and the video that are wanted; each path is told as it is written."""
     if page is not None:
         yield write_simulated_page(gait, shown, map(_section, tables), page)
     if video is not None:
@@ -125,7 +116,7 @@ def run(asked: SimulateOptions) -> None:
     output, page, video, controller = asked.output, asked.page, asked.video, asked.controller
     if output is not None:
         require_writable(output)
-    require_views(page, video)
+    _require_views(page, video)
     if controller not in CONTROLLERS:
         raise InputError(
             f"--controller {controller} is unknown; {did_you_mean(controller, CONTROLLERS)}choose "
@@ -162,7 +153,7 @@ def run(asked: SimulateOptions) -> None:
         if output is not None:
             typer.echo(f"wrote {output / SUMMARY}")
     if seen:
-        for path in write_views(gait, replays(gait, walk, tried), _tables(report), page, video):
+        for path in _write_views(gait, replays(gait, walk, tried), _tables(report), page, video):
             if not asked.quiet:
                 typer.echo(f"wrote {path}")
     if not walk.walked or not engine.agrees:

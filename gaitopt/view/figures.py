@@ -76,7 +76,7 @@ Standing = tuple[tuple[int, ...], str]
 """The feet that stand, and the colour of their contact; empty where that never changes."""
 
 
-def draw_sticks(
+def _draw_sticks(
     axes: Axes, sticks: StickFigures, view: int, opacity: ArrayLike, standing: Sequence[Standing]
 ) -> None:
     """Draw stick figures one after the other, in each: far leg, near leg, hips and trunk.
@@ -115,12 +115,12 @@ def _foot(ankle: Array, sole: Array, view: int) -> Array:
     return np.array([ankle, first, second, ankle])
 
 
-def ground_words(gait: Recorded) -> str:
+def _ground_words(gait: Recorded) -> str:
     """Return the words of the ground, in which a dollar begins no formula."""
     return ground_of(gait).words.replace("$", r"\$")
 
 
-def draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait | Transition) -> None:
+def _draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait | Transition) -> None:
     """Draw the ground: from the side with its slope or its shape."""
     x = reach(sticks, view)
     z = np.zeros(2)
@@ -148,14 +148,8 @@ def reach(sticks: StickFigures, view: int) -> Array:
     return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
 
 
-def joint_panels(count: int, title: str, more: bool = False) -> tuple[Figure, list[Axes]]:
-    """Return a figure with panels for the joints, in rows, and space for a legend below.
-
-    Args:
-        count: of the panels.
-        title: of the figure.
-        more: whether the legend has a row more.
-    """
+def _joint_panels(count: int, title: str, more: bool = False) -> tuple[Figure, list[Axes]]:
+    """Return a figure with panels for the joints, in rows, and space for a legend below."""
     rows = -(-count // COLUMNS)
     height = rows * _ROW
     figure = new_figure(9.0, height, layout=None)
@@ -200,7 +194,7 @@ def scale(axes: Axes, shown: Array, largest: float) -> None:
     axes.set_ylim(low - space, high + space)
 
 
-def share_legend(figure: Figure, panels: list[Axes], legs: str) -> None:
+def _share_legend(figure: Figure, panels: list[Axes], legs: str) -> None:
     """Write one legend of whatever is drawn in any panel."""
     found = {
         label: handle
@@ -236,13 +230,13 @@ def _transition_walk(transition: Transition) -> Figure:
     sticks = sticks.turned(upright(body.gravity))
     figure = new_figure(9.0, 4.6)
     axes = figure.subplots()
-    draw_ground(axes, sticks, SIDE, transition)
+    _draw_ground(axes, sticks, SIDE, transition)
     landing = np.abs(whole[:, None] - ends).min(axis=1) < 1e-9
     standing = [
         (tuple(np.flatnonzero(stands).tolist()), contact_colour(flat_contact(stands)))
         for stands in samples.contact
     ]
-    draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.35), standing)
+    _draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.35), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, transition, _sides(transition))
     figure.suptitle(f"{_title(transition)}; solid: the landings")
@@ -335,8 +329,8 @@ def step_figure(gait: Gait) -> Figure:
     side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
     opacity = np.linspace(_FAINT, 1.0, _SUPERPOSED)
     for axes, view in ((side, SIDE), (front, FRONT)):
-        draw_ground(axes, seen[view], view, gait)
-        draw_sticks(axes, seen[view], view, opacity, [standing[index] for index in indices])
+        _draw_ground(axes, seen[view], view, gait)
+        _draw_sticks(axes, seen[view], view, opacity, [standing[index] for index in indices])
     toes = whole.soles[:, 1, :2].mean(axis=1)
     side.plot(
         toes[:, 0], toes[:, 2], color=SWING, linewidth=0.9, linestyle=":",
@@ -346,7 +340,7 @@ def step_figure(gait: Gait) -> Figure:
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
     _name_legs(figure, side, gait, ("stance leg", "swing leg", "trunk"))
-    where = f", {words}" if (words := ground_words(gait)) else ""
+    where = f", {words}" if (words := _ground_words(gait)) else ""
     which = "One step" if gait.second is None else "First step of a stride"
     figure.suptitle(f"{which}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
@@ -360,12 +354,12 @@ def walking_figure(gait: Gait) -> Figure:
     sticks = along.turned(upright(gait.trajectory.body.gravity))
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
-    draw_ground(axes, sticks, SIDE, gait)
+    _draw_ground(axes, sticks, SIDE, gait)
     landing = np.arange(len(standing)) % _PER_STEP == 0
-    draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.4), standing)
+    _draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.4), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, gait, (*_sides(gait), "trunk"))
-    where = f" {words}" if (words := ground_words(gait)) else ""
+    where = f" {words}" if (words := _ground_words(gait)) else ""
     figure.suptitle(f"{_IN_A_ROW} steps at {gait.way}{where}; solid: the landings")
     return figure
 
@@ -433,7 +427,7 @@ def _joint_figure(
         title, wide = f"{_title(gait)}: joint {title}", False
     else:
         title, wide = f"Joint {title}", len(gait.phases) > 1 or gait.second is not None
-    figure, panels = joint_panels(len(groups), title, wide)
+    figure, panels = _joint_panels(len(groups), title, wide)
     for panel, (axes, group) in enumerate(zip(panels, groups, strict=True)):
         axes.axhline(0.0, color=RULE, linewidth=0.8)
         for times, values, line, legs in curves:
@@ -449,7 +443,7 @@ def _joint_figure(
         x, y = "time [s]" if last else "", unit if panel % COLUMNS == 0 else ""
         label_axes(axes, x, y, name_on_figure(group_name(gait, group[0])))
     legs = _sides(gait) if isinstance(gait, Transition) else ("stance", "swing leg")
-    share_legend(figure, panels, " / ".join(legs))
+    _share_legend(figure, panels, " / ".join(legs))
     return figure
 
 

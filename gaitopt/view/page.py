@@ -262,25 +262,24 @@ def gait_page(
     steps: int,
     extra: Mapping[str, str] | None = None,
 ) -> Page:
-    """Return the text of the page of a gait in a scene; arguments as of `page_of`."""
+    """Return the text of the page of a gait in a scene.
+
+    Args:
+        commands: that draw the scene, packed.
+        steps: that it shows.
+        extra: more parts of the page, by their marks.
+    """
     data = {**film(gait, scene, steps), "curves": curves(gait), "motion": scene.motion}
-    return page_of({**headline(gait), **details(gait, scene)}, data, commands, extra)
+    return _page_of({**headline(gait), **details(gait, scene)}, data, commands, extra)
 
 
-def page_of(
+def _page_of(
     words: Mapping[str, str],
     data: Mapping[str, object],
     commands: str,
     extra: Mapping[str, str] | None = None,
 ) -> Page:
-    """Return the text of a page.
-
-    Args:
-        words: HTML by name of its place, see `headline` and `details`.
-        data: of the film, and `curves`.
-        commands: that draw the scene, packed.
-        extra: more parts of the page, by their marks.
-    """
+    """Return the text of a page of words by their places, data, packed commands and more parts."""
     parts = {
         **{f"@{name.upper()}@": text for name, text in words.items()},
         "@DATA@": data_text(data).replace("<", "\\u003c"),  # ends no script
@@ -582,7 +581,7 @@ def simulated_page(
         "curves": films[0]["curves"], "films": films,
     }  # fmt: skip
     extra = {"@SLIDERS@": _buttons(films), "@WIRE@": page_file("replay.js")}
-    return page_of(words, data, recorder.text(), extra)
+    return _page_of(words, data, recorder.text(), extra)
 
 
 def _buttons(films: Sequence[Record]) -> str:
