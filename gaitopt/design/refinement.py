@@ -426,7 +426,7 @@ def refine(
     """Solve again, warm, with the violated instants of the fine grid, until none is left.
 
     A walk that is nearly solved at its samples, to less than the solver's tolerances, is returned
-    as it is where Newton's method for moving instants leads to no minimum from there.
+    as it is where Newton's method for moving instants leads nowhere from there.
 
     Args:
         solver: used for every round.
@@ -474,8 +474,12 @@ def refine(
         beside = _held_beside(problem, fine, *found, solver, solve_with)
         if beside is not None:
             return beside
-        if nearly:
-            return problem, solution
+        if nearly:  # exchange alone begins at a walk that is solved
+            again = solve(problem, Start(solution.x, solution.multipliers))
+            if again.status is not Status.OPTIMAL:
+                return problem, solution
+            parted, peaks = (problem, with_work(again, solution)), violated_rows(fine, again.x)
+            nearly = False
         resting = resting or found
     crawled = found[1].status is not Status.OPTIMAL  # among rows that are nearly alike
     if crawled and resting is not None and resting[1].status is Status.OPTIMAL:

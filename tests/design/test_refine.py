@@ -213,13 +213,31 @@ def test_a_walk_nearly_solved_is_refined_to_the_same_with_less_work(sampled_desi
 
 def test_a_walk_nearly_solved_is_left_where_no_minimum_is_near(sampled_design, nearly, monkeypatch):
     problem = sampled_design.problem
-    monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
-    assert refine(problem, nearly, SQP(), Search()) == (problem, nearly)
     monkeypatch.setattr(refinement, "resting_walk", lambda *_: None)
     assert refine(problem, nearly, SQP(), Search()) == (problem, nearly)
     failed = problem, replace(nearly, status=Status.INFEASIBLE), True
     monkeypatch.setattr(refinement, "exchange", lambda *_: iter([failed]))
     assert refine(problem, nearly, SQP(), Search()) == (problem, nearly)
+
+
+def test_where_a_walk_nearly_solved_leads_to_no_minimum_exchange_begins_when_it_is_solved(
+    sampled_design, nearly, monkeypatch
+):
+    problem, solved = sampled_design.problem, sampled_design.solution
+    monkeypatch.setattr(refinement, "is_strict_minimum", lambda *_: False)
+    starts = []
+    exchanged = refinement.exchange
+
+    def noted(sparse, x, *args):
+        starts.append(x)
+        return exchanged(sparse, x, *args)
+
+    monkeypatch.setattr(refinement, "exchange", noted)
+    finer, found = refine(problem, nearly, SQP(), Search())
+    assert not violated_rows(on_fine_grid(finer), found.x)
+    assert len(starts) == 2
+    np.testing.assert_array_equal(starts[0], nearly.x)
+    np.testing.assert_allclose(starts[1], solved.x, atol=1e-6)
 
 
 def test_a_design_is_the_same_where_its_search_could_not_end_early(
