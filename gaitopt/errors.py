@@ -11,11 +11,11 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
 
     Args:
         name: that is not known.
-        known: names that are.
+        known: names that are; that one may be among them, where it is known but means nothing.
     """
     from difflib import get_close_matches  # which no command needs that is given rightly
 
-    close = get_close_matches(str(name), list(known), n=1)
+    close = get_close_matches(str(name), [one for one in known if one != name], n=1)
     return f"did you mean '{close[0]}'? " if close else ""
 
 

@@ -314,10 +314,10 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
 
 
 def plain(value: Any) -> Any:
-    """Return a value with Python's own numbers in place of NumPy's, in tuples and tables too."""
+    """Return a value with Python's numbers and lists for NumPy's, in tuples and tables too."""
     numpy = sys.modules.get("numpy")  # which `gaitopt --help` does without
-    if numpy is not None and isinstance(value, numpy.generic):
-        return value.item()
+    if numpy is not None and isinstance(value, numpy.generic | numpy.ndarray):
+        return value.tolist()
     if type(value) in (list, tuple):
         return type(value)(plain(one) for one in value)
     return {name: plain(one) for name, one in value.items()} if type(value) is dict else value

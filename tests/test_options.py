@@ -13,6 +13,7 @@ from gaitopt import (
     ImportOptions,
     Margins,
     Replanner,
+    Robot,
     Sole,
     Task,
     TorqueCost,
@@ -34,10 +35,12 @@ from gaitopt import (
     save_transition,
     solver_by_name,
     summarise,
+    urdf_text,
     write_figures,
+    write_spec,
 )
-from gaitopt.errors import InputError, OptionError
-from gaitopt.model.import_options import LimitOverride, Payload
+from gaitopt.errors import InputError, OptionError, RobotError, did_you_mean
+from gaitopt.model.import_options import InertiaOverride, LimitOverride, Payload
 from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
 
 
@@ -114,6 +117,22 @@ def test_presets_are_sized_by_numbers_of_numpy_too(robot, preset):
     assert type(weighed.weights["*knee*"]) is float
 
 
+def test_what_was_said_is_not_what_may_have_been_meant(robot):
+    assert did_you_mean("arms", ["arms", "arm"]) == "did you mean 'arm'? "
+    with pytest.raises(RobotError, match="is meant by 'arms'; give arms, waist or"):
+        Robot.from_urdf(robot.urdf, moving=("arms",))
+
+
+def test_arrays_are_lists_of_numbers():
+    along, box = np.array([0, 0, 1]), np.array([0.1, 0.2, 0.3], dtype=np.float32)
+    assert ImportOptions(up=along) == ImportOptions(up=(0, 0, 1))
+    assert Payload("torso", 5.0, along, box) == Payload("torso", 5.0, (0, 0, 1), box.tolist())
+    com, inertia = np.array([0.1, 0.0, 0.2]), np.array([1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0])
+    given = InertiaOverride("*foot*", com=com, inertia=inertia)
+    assert given == InertiaOverride("*foot*", com=tuple(com), inertia=tuple(inertia))
+    assert hash(given)
+
+
 class NoGait:
     """Stands for a design, whose gait was meant."""
 
@@ -160,6 +179,9 @@ def test_what_is_no_gait_is_refused(use, tmp_path, monkeypatch):
         (lambda r: Replanner().replan(r, Task(), deadline="1"), "the deadline is '1'; give s"),
         (lambda r: certify(3, np.zeros(2)), "the problem is 3; give a WalkProblem"),
         (lambda r: Task().with_margins(3), "margins is 3; give a table by name"),
+        (lambda r: Robot.from_urdf(r.urdf, choices="c.toml"), "choices is 'c.toml'; give Import"),
+        (lambda r: urdf_text(r), "the biped is <Robot"),
+        (lambda r: write_spec("x", "x.toml"), "the biped is 'x'; give a BipedSpec, as biped13()"),
         (lambda r: page_text(sample_gait(), steps=2.5), "the number of steps is 2.5; give a whole"),
     ],
 )  # fmt: skip

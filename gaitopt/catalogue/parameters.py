@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
-from gaitopt.bounds import TABLE
+from gaitopt.bounds import TABLE, must_be
 from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of, biped13
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError, did_you_mean
@@ -313,6 +313,7 @@ def write_spec(spec: BipedSpec, path: str | os.PathLike[str]) -> None:
 
 def spec_text(spec: BipedSpec) -> str:
     """Return a biped as TOML with the unit of every value."""
+    must_be(spec, BipedSpec, "the biped", "a BipedSpec, as biped13()")
     return "\n".join([_HEADER, f'name = "{spec.name}"', *_lines(spec, "")]) + "\n"
 
 

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
+from gaitopt.bounds import must_be
 from gaitopt.catalogue.biped_spec import (
     BipedSpec,
     JointSpec,
@@ -218,7 +219,12 @@ def _foot(spec: BipedSpec, side: str) -> list[_Primitive]:
 
 
 def urdf_text(spec: BipedSpec) -> str:
-    """Return the URDF of a biped: the same bytes for the same specification, everywhere."""
+    """Return the URDF of a biped: the same bytes for the same specification, everywhere.
+
+    Raises:
+        OptionError: the biped is no `BipedSpec`.
+    """
+    must_be(spec, BipedSpec, "the biped", "a BipedSpec, as biped13()")
     robot = ET.Element("robot", name=spec.name)
     for name, rgba in COLOURS.items():
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=rgba)

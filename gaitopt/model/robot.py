@@ -12,6 +12,7 @@ from typing import TypeVar, cast
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import must_be
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
@@ -110,6 +111,8 @@ class Robot:
                 "URDF (str) or the path of a file (str or Path)"
             )
         given = choices or ImportOptions()
+        advice = "ImportOptions(...), or choices_from_toml('choices.toml')"
+        must_be(given, ImportOptions, "choices", advice)
         given = given.over(
             stance_sole=stance_sole, swing_sole=swing_sole, sole=sole, moving=tuple(moving) or None
         )
