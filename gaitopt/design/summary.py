@@ -68,9 +68,7 @@ def summarise(gait: Gait | Transition) -> Facts:
         own = {"transition": _transition(gait)}
     else:
         own = {
-            "walk": _walk(gait),
-            "contact": _contact(gait),
-            "impact": _impact(gait),
+            **of_walk(gait),
             "shadow_prices": gait.fact("shadow_prices"),
             "optima": gait.fact("optima"),
         }
@@ -90,6 +88,11 @@ def summarise(gait: Gait | Transition) -> Facts:
         "versions": gait.fact("versions"),
         **own,
     }
+
+
+def of_walk(gait: Gait) -> Facts:
+    """Return what `summarise` tells of a walk under walk, contact and impact."""
+    return {"walk": _walk(gait), "contact": _contact(gait), "impact": _impact(gait)}
 
 
 def _transition(transition: Transition) -> Facts:

@@ -378,13 +378,19 @@ def refuse_undetermined(robot: Robot) -> None:
 class InverseKinematicsSupport(DoubleSupport):
     """The paper's form: q_start by inverse kinematics; B = G (see `refuse_undetermined`)."""
 
+    _last: tuple[Array, Posture] | None = None
+
     def posture(self, geometry: Array, q_start: Array) -> Posture:
         """Return the posture for geometric quantities, shape (G,).
+
+        The last one is kept: a walk is looked at on one grid after another.
 
         Raises:
             UnreachableError: a leg cannot reach, or the feet or pelvis are misplaced.
         """
         del q_start
+        if self._last is not None and np.array_equal(self._last[0], geometry):
+            return self._last[1]
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
         try:
             q_start = self.kinematics.solve(pelvis, sole)
@@ -396,7 +402,9 @@ class InverseKinematicsSupport(DoubleSupport):
                 f"foot spacing {geometry[FOOT_SPACING]:.4f} m)"
             ) from error
         legs = self.legs(pelvis, sole)
-        return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
+        found = Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
+        self._last = geometry.copy(), found
+        return found
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
         axes = self.kinematics.axes(posture.q_start)

@@ -12,7 +12,7 @@ from typing import Any
 
 from gaitopt.atomic import write_atomically
 from gaitopt.design.pipeline import Design
-from gaitopt.design.summary import summarise
+from gaitopt.design.summary import motor_summaries, of_walk
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.sweep.continuation import WarmStart
@@ -101,7 +101,7 @@ def gait_row(found: Design, walk: WarmStart, values: Mapping[str, float], second
         walk: from which it was finished; its work is counted, its cost gradient is given.
         seconds: of processor, for everything.
     """
-    facts: Any = summarise(found.gait)
+    facts: Any = of_walk(found.gait)
     step, contact, impact = facts["walk"], facts["contact"], facts["impact"]
     certificate, solution = found.certificate, found.solution
     edges = contact["cop_to_edge_mm"]
@@ -127,7 +127,7 @@ def gait_row(found: Design, walk: WarmStart, values: Mapping[str, float], second
         "origin": walk.origin,
     }
     row |= {f"slope.{k}": s for k, s in zip(values, walk.cost_gradient, strict=True)}
-    return row | motor_columns(facts["motors"])
+    return row | motor_columns(motor_summaries(found.gait))
 
 
 def motor_columns(motors: Iterable[Mapping[str, Any]]) -> Row:
