@@ -10,7 +10,7 @@ from urdf_edits import add_arm, edited_urdf, joint
 from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions, LimitOverride
-from gaitopt.model.legs.reference_posture import reference_angles
+from gaitopt.model.legs.reference_posture import reference_angles, rotor_armatures
 from gaitopt.model.robot import Robot
 
 POSES = """<robot name="biped13"><group_state name="{name}" group="all">
@@ -88,9 +88,20 @@ def test_groups_of_joints_make_one_pose():
     assert dict(robot.choices.posture) == {"shoulder": 0.25, "left_knee": 0.3}
     twice = own.replace("</robot>", own[own.index("<group") :].replace("0.25", "0.5"))
     with pytest.raises(
-        RobotError, match=r"'shoulder' of the pose 'p' at 0\.25 and at 0\.5; remove"
+        RobotError, match=r"'shoulder' two angles in the pose 'p', 0\.25 and 0\.5; r"
     ):
         Robot.from_urdf(armed(), choices=ImportOptions(posture="p", srdf=twice))
+
+
+def test_a_joint_of_an_srdf_has_one_rotor():
+    rotor = '<joint name="shoulder" mass="1e-4" gear_ratio="{}"/>'
+    rotors = "<robot><rotor_params>{}{}</rotor_params></robot>"
+    same = rotors.format(rotor.format(10), rotor.format(10))
+    choices = ImportOptions(srdf=same, rotors=True)
+    assert rotor_armatures(choices, Path()) == pytest.approx({"shoulder": 0.01})
+    other = rotors.format(rotor.format(10), rotor.format(20))
+    with pytest.raises(RobotError, match=r"'shoulder' two armatures .*, 0\.01 and 0\.04; remove"):
+        rotor_armatures(ImportOptions(srdf=other, rotors=True), Path())
 
 
 def test_a_neutral_posture_out_of_range_is_told():

@@ -79,13 +79,15 @@ def _asked(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
     for joint in (joint for s in states if s.get("name", "") == name for joint in s.iter("joint")):
         moved = joint.get("name", "")
         if model.existJointName(moved) and not _is_root(model, joint):
-            angle = _value(joint, "value")
-            if angles.setdefault(moved, angle) != angle:
-                raise RobotError(
-                    f"the SRDF puts joint '{moved}' of the pose '{name}' at {angles[moved]:g} and "
-                    f"at {angle:g}; remove one"
-                )
+            _put(angles, moved, _value(joint, "value"), f"angles in the pose '{name}'")
     return angles
+
+
+def _put(found: Angles, joint: str, value: float, what: str) -> None:
+    if found.setdefault(joint, value) != value:
+        raise RobotError(
+            f"the SRDF gives joint '{joint}' two {what}, {found[joint]:g} and {value:g}; remove one"
+        )
 
 
 def _is_root(model: pin.Model, joint: ElementTree.Element) -> bool:
@@ -142,12 +144,16 @@ def rotor_armatures(choices: ImportOptions, folder: Path) -> Angles:
     """Return gear² times rotor inertia by joint [kg·m²] from the SRDF.
 
     Raises:
-        RobotError: the SRDF cannot be read or has no rotors.
+        RobotError: the SRDF cannot be read, has no rotors, or two of a joint that differ.
     """
     rotors = _srdf(choices, folder).findall("rotor_params/joint")
     if not rotors:
         raise RobotError("the SRDF has no <rotor_params>; leave rotors out")
-    return {r.get("name", ""): _value(r, "gear_ratio") ** 2 * _value(r, "mass") for r in rotors}
+    found: Angles = {}
+    for rotor in rotors:
+        armature = _value(rotor, "gear_ratio") ** 2 * _value(rotor, "mass")
+        _put(found, rotor.get("name", ""), armature, "armatures [kg·m²]")
+    return found
 
 
 def reference_configuration(model: pin.Model, angles: Angles) -> Array:
