@@ -18,10 +18,10 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, OptionError, did_you_mean
-from gaitopt.units import read_motion, read_quantity
+from gaitopt.units import DEGREES, SINE, SLOPE, read_motion, read_quantity
 
 KEY = "setting"
 """Key of a dataclass field's metadata under which its declaration is found."""
@@ -73,6 +73,7 @@ class Setting:
         as_given: of a table for joints that turn or slide, whether its entries stay texts: the unit
             with which one is given must suit the joint, which is not known here.
         example: of a table's entry, as NAME=VALUE.
+        above, least, most: bounds of a number, see `check_settings`.
     """
 
     name: str
@@ -94,6 +95,9 @@ class Setting:
     entry_unit: Callable[[str], str] = _none
     as_given: bool = False
     example: str = ""
+    above: float | None = None
+    least: float | None = None
+    most: float | None = None
 
     @property
     def option(self) -> str:
@@ -221,7 +225,7 @@ def declared(part: type, *names: str) -> Iterator[Setting]:
     for one in fields(part):
         if KEY not in one.metadata or (names and one.name not in names):
             continue
-        kind = _KINDS.get(written := _type_name(one.type))
+        kind = _KINDS.get(written := _type_name(str(one.type)))
         if kind is None:
             raise TypeError(f"{part.__name__}.{one.name}: nobody can write a {written}")
         default = None if one.default is MISSING else one.default
@@ -229,23 +233,62 @@ def declared(part: type, *names: str) -> Iterator[Setting]:
         yield Setting(one.name, kind, default=default, required=required, **one.metadata[KEY])
 
 
-def check_choices(one: Any) -> None:
-    """Check that fields of a dataclass instance which declare their choices hold one of them.
+def check_settings(one: Any) -> None:
+    """Check that fields of a dataclass instance hold what they declare.
+
+    NumPy's numbers become Python's; what lists and tables hold is not checked.
 
     Raises:
-        InputError: one does not.
+        OptionError: a value is no whole number, or not True or False, as its field wants.
+        InputError: it is none of its choices or no finite number, or a number is out of its bounds
+            or beyond those with which one computes.
     """
     for entry in fields(one):
-        names = entry.metadata.get(KEY, {}).get("choices", ())
-        if isinstance(names, tuple) and names and (value := getattr(one, entry.name)) not in names:
+        if KEY not in entry.metadata:
+            continue
+        name, value, said = entry.name, plain(getattr(one, entry.name)), entry.metadata[KEY]
+        kind, names = _KINDS.get(_type_name(str(entry.type)), NUMBER), said.get("choices", ())
+        object.__setattr__(one, name, value)
+        if kind == FLAG and not isinstance(value, bool):
+            raise OptionError(f"{name} is {shown(value)}; it must be True or False")
+        if kind == INTEGER and (not isinstance(value, int) or isinstance(value, bool)):
+            raise OptionError(f"{name} is {shown(value)}; it must be a whole number")
+        if isinstance(names, tuple) and names and value not in names:
             known = (" or " if len(names) == 2 else ", ").join(names)
             hint = did_you_mean(value, names)
-            raise InputError(f"{entry.name} {shown(value)} is unknown; {hint}choose {known}")
+            raise InputError(f"{name} {shown(value)} is unknown; {hint}choose {known}")
+        if kind == NUMBER and not (value is None and "None" in str(entry.type)):
+            _check_number(name, value, said)
 
 
-def _type_name(annotation: object) -> str:
+def _check_number(name: str, value: Any, said: Mapping[str, Any]) -> None:
+    unit = "rad" if said["unit"] in (SINE, SLOPE) else said["unit"]
+    above, least, most = (said.get(bound) for bound in ("above", "least", "most"))
+    degrees = f"; {DEGREES}" if unit == "rad" else ""
+    if said["unit"] == SLOPE:
+        degrees = f"; for a rise over the run write 10%, {DEGREES}"
+    if not is_finite(value):
+        must = f"be a finite number{degrees}"
+    elif not is_of_use(value):
+        must = f"be {'' if above == 0.0 else '0, or '}{USABLE} in size"
+    elif above is not None and value <= above:
+        must = f"be above {above:g}"
+    elif least is not None and most is not None and not least <= value <= most:
+        must = f"be between {least:g} and {most:g}{unit and ' '}{unit}{degrees}"
+    elif least is not None and value < least:
+        must = "not be negative" if least == 0.0 else f"be at least {least:g}"
+    elif most is not None and value > most:
+        must = f"be at most {most:g}{degrees}"
+    else:
+        return
+    given = f"{shown(value)} {'' if value is None else unit}".rstrip()
+    raise InputError(f"{name} is {given}; it must {must}")
+
+
+@lru_cache
+def _type_name(annotation: str) -> str:
     """Return an annotation, evaluated or not, as it is written, without None and modules."""
-    text = str(annotation).removesuffix(" | None").removeprefix("<class '").removesuffix("'>")
+    text = annotation.removesuffix(" | None").removeprefix("<class '").removesuffix("'>")
     return re.sub(r"\b[a-z]+\.(?=[a-zA-Z])", "", text)
 
 
@@ -301,6 +344,8 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
         args, values = plain(args), plain(values)
         try:
             made(self, *args, **values)
+        except OptionError:
+            raise
         except (TypeError, AttributeError, ValueError) as error:
             _check_names(kind, made, args, values, elsewhere)
             if kinds:

@@ -54,7 +54,7 @@ from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
         (lambda: Task(geometry=4), "Task: geometry is 4; give a tuple or a list"),
         (lambda: Margins(fricton=0.5), "did you mean 'friction'?"),
         (lambda: DesignOptions(solvr=None), "did you mean 'solver'?"),
-        (lambda: DesignOptions(refine="no"), "refine is 'no'; give True or False"),
+        (lambda: DesignOptions(refine="no"), "refine is 'no'; it must be True or False"),
         (lambda: SQP(tolerance="x"), "SQP: tolerance is 'x'; give a number"),
         (lambda: SQP(max_iterations=2.5), "max_iterations is 2.5; give a whole number"),
         (lambda: SQP(max_iterations=True), "max_iterations is True; give a whole number"),

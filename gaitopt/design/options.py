@@ -9,7 +9,7 @@ from gaitopt.bounds import must_be, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import ProgressCallback, Stop, StopCallback, never, stopping
-from gaitopt.settings import check_choices, checked, entry
+from gaitopt.settings import check_settings, checked, entry
 from gaitopt.solvers import Solver, solver_by_name
 
 if TYPE_CHECKING:  # else options would load all of a walk
@@ -87,7 +87,7 @@ class DesignOptions:
             raise InputError(
                 f"solver is {shown(self.solver)}; give a Solver, as solver_by_name('sqp')"
             )
-        check_choices(self)
+        check_settings(self)
 
 
 @dataclass(frozen=True)

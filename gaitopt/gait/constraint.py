@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
+from gaitopt.bounds import USABLE, is_of_use, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, did_you_mean
@@ -30,8 +30,8 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.terrain import Level, Terrain
 from gaitopt.nlp import Array
-from gaitopt.settings import plain, setting
-from gaitopt.units import DEGREES, SINE
+from gaitopt.settings import check_settings, setting
+from gaitopt.units import SINE
 
 if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
@@ -54,16 +54,12 @@ class Margin:
     Attributes:
         words: what a person calls it: "the coefficient of friction".
         unit: empty where there is none.
-        above, least, most: bounds on its value.
         farthest: value to which the diagnosis may loosen it, None: it does not.
         change: of the value that matters to a person, signed, towards `farthest`.
     """
 
     words: str = ""
     unit: str = ""
-    above: float | None = None
-    least: float | None = None
-    most: float | None = None
     farthest: float | None = None
     change: float = 0.0
 
@@ -74,9 +70,6 @@ def margin(
     words: str = "",
     unit: str = "",
     *,
-    above: float | None = None,
-    least: float | None = None,
-    most: float | None = None,
     relax: tuple[float, float] | None = None,
     sine: bool = False,
     **shown: Any,
@@ -87,12 +80,12 @@ def margin(
         default: its value unless given; None where the constraint is then off, and "none" stands
             for that where people write.
         help_text: of the option, one line.
-        words, unit, above, least, most: as in `Margin`.
+        words, unit: as in `Margin`.
         relax: `farthest` and `change` of the `Margin`.
         sine: whether it is the sine of an angle, so that an option takes degrees too.
-        shown: other attributes of the option, as in `gaitopt.settings.Setting`.
+        shown: other attributes of the option, as in `gaitopt.settings.Setting`, and its bounds.
     """
-    declared = Margin(words, unit, above, least, most, *(relax or ()))
+    declared = Margin(words, unit, *(relax or ()))
     shown = {"limit": default is None, **shown}
     return field(
         default=default,
@@ -109,40 +102,6 @@ def declared_margins(owner: object) -> Mapping[str, Margin]:
 def _margins_of(kind: type) -> Mapping[str, Margin]:
     found: tuple[Field[Any], ...] = fields(kind) if is_dataclass(kind) else ()
     return {one.name: one.metadata[_KEY] for one in found if _KEY in one.metadata}
-
-
-def check_margins(owner: object) -> None:
-    """Check the values of the margins of a dataclass instance; NumPy's numbers become Python's.
-
-    Raises:
-        InputError: one is not a finite number (True or False for a switch), or out of bounds.
-    """
-    for one in fields(owner):  # type: ignore[arg-type]
-        if _KEY in one.metadata:
-            object.__setattr__(owner, one.name, plain(getattr(owner, one.name)))
-            _check(one.name, getattr(owner, one.name), str(one.type), one.metadata[_KEY])
-
-
-def _check(name: str, value: object, kind: str, declared: Margin) -> None:
-    if "bool" in kind:
-        if not isinstance(value, bool):
-            raise InputError(f"{name} is {shown(value)}; it must be True or False")
-        return
-    if value is None and "None" in kind:
-        return
-    if not is_finite(value):
-        raise InputError(f"{name} is {shown(value)}; it must be a finite number")
-    unit = declared.unit and f" {declared.unit}"
-    if not is_of_use(value):
-        raise InputError(f"{name} is {value}{unit}; it must be 0, or {USABLE} in size")
-    if declared.above is not None and not value > declared.above:
-        raise InputError(f"{name} is {value}{unit}; it must be above {declared.above:g}")
-    if declared.least is not None and value < declared.least:
-        limit = "not be negative" if declared.least == 0.0 else f"be at least {declared.least:g}"
-        raise InputError(f"{name} is {value}{unit}; it must {limit}")
-    if declared.most is not None and value > declared.most:
-        also = f"; {DEGREES}" if declared.unit == "rad" else ""
-        raise InputError(f"{name} is {value}{unit}; it must be at most {declared.most:g}{also}")
 
 
 def check_declaration(one: object, *names: str) -> None:
@@ -396,7 +355,7 @@ class Constraint(ABC):
     change: float = 1.0
 
     def __post_init__(self) -> None:
-        check_margins(self)
+        check_settings(self)
 
     def asked(self, context: ConstraintContext) -> bool:
         """Return whether a walk has it: by default, unless one of its margins is None or False."""

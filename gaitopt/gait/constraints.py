@@ -25,7 +25,6 @@ from gaitopt.gait.constraint import (
     Constraint,
     ConstraintBlock,
     ConstraintContext,
-    check_margins,
     margin,
 )
 from gaitopt.gait.functions import (
@@ -43,7 +42,7 @@ from gaitopt.gait.quantities import CORNER_NAMES, Quantity
 from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
-from gaitopt.settings import checked
+from gaitopt.settings import check_settings, checked
 
 if TYPE_CHECKING:
     from gaitopt.mechanics.capsule_distance import CapsulePairs
@@ -231,7 +230,7 @@ class Margins:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        check_margins(self)
+        check_settings(self)
 
 
 def _size(context: ConstraintContext, unit: str) -> float:

@@ -27,7 +27,6 @@ from gaitopt.gait.constraint import (
     ConstraintBlock,
     ConstraintContext,
     check_declaration,
-    check_margins,
     failure,
     margin,
 )
@@ -36,7 +35,7 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.model.import_options import matching
 from gaitopt.nlp import Array
-from gaitopt.settings import checked, setting
+from gaitopt.settings import check_settings, checked, setting
 from gaitopt.units import read_number
 
 if TYPE_CHECKING:
@@ -141,7 +140,7 @@ class Cost(ABC):
         return ()
 
     def __post_init__(self) -> None:
-        check_margins(self)
+        check_settings(self)
 
     @abstractmethod
     def function(self, context: CostContext) -> CostFunction:
@@ -250,7 +249,7 @@ class _OfJoints(Cost):
     weights: Mapping[str, float] = joint_weights_field()
 
     def __post_init__(self) -> None:
-        check_margins(self)
+        check_settings(self)
         check_weights(self.weights)
 
 
@@ -287,7 +286,7 @@ class _Work(RunningCost):
     weights: Mapping[str, float] = joint_weights_field()
 
     def __post_init__(self) -> None:
-        check_margins(self)
+        check_settings(self)
         check_weights(self.weights)
 
 
@@ -363,7 +362,7 @@ class ElectricalEnergy(RunningCost):
     motors: tuple[JointMotor, ...] = ()
 
     def __post_init__(self) -> None:
-        check_margins(self)
+        check_settings(self)
         object.__setattr__(self, "motors", joint_motors_of(self.motors))
 
     def integrand(self, robot: Robot) -> QuantityFunction:

@@ -11,7 +11,7 @@ from dataclasses import asdict, field, fields, replace
 from functools import cached_property, partial
 from typing import Any
 
-from gaitopt.bounds import POSTURES, USABLE, at_most, is_finite, is_of_use, must_be, shown
+from gaitopt.bounds import POSTURES, at_most, is_finite, must_be, shown
 from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, there_are
@@ -47,9 +47,9 @@ from gaitopt.gait.plugin import (
 )
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 from gaitopt.model.sole import LEVEL
-from gaitopt.settings import check_choices, checked, entry
+from gaitopt.settings import check_settings, checked, entry
 from gaitopt.tolerances import SAME
-from gaitopt.units import DEGREES, SLOPE
+from gaitopt.units import SLOPE
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
@@ -131,7 +131,7 @@ class Task:
         0.0, "Rate at which the walk turns, to the left above zero.", "rad/s", common=True
     )
     stride: bool = entry(False, "Design both steps of a stride, not one and its mirror image.")
-    duration: float = entry(0.4, "Duration of a step.", "s", common=True)
+    duration: float = entry(0.4, "Duration of a step.", "s", above=0.0, common=True)
     postures: int = entry(
         2, "Postures inside the step that the splines of the joints pass through."
     )
@@ -148,7 +148,9 @@ class Task:
         choices=SPEED_AS,
         metavar="KIND",
     )
-    penalty_weight: float = entry(1e6, "Weight of the penalty of --speed-as penalty.", "cost/m²")
+    penalty_weight: float = entry(
+        1e6, "Weight of the penalty of --speed-as penalty.", "cost/m²", above=0.0
+    )
     boundary: str = entry(
         "closed",
         "Form of the double support: closed, by inverse kinematics, or lifted, its joint angles "
@@ -160,7 +162,9 @@ class Task:
         None, "Share of the step at which the stance foot begins to turn about its toe.",
         metavar="SHARE",
     )  # fmt: skip
-    toe_strip: float = entry(0.01, "Strip behind the toe that bears while the foot turns.", "m")
+    toe_strip: float = entry(
+        0.01, "Strip behind the toe that bears while the foot turns.", "m", above=0.0, most=WIDEST
+    )
     heel_strike: float | None = entry(
         None, "Share of the step until which the foot, landed on its heel, rolls flat.",
         metavar="SHARE",
@@ -181,18 +185,20 @@ class Task:
         choices=TOUCH_DOWNS,
         metavar="KIND",
     )
-    heel_strip: float = entry(0.01, "Strip at the heel that bears while the foot rolls.", "m")
+    heel_strip: float = entry(
+        0.01, "Strip at the heel that bears while the foot rolls.", "m", above=0.0, most=WIDEST
+    )
     slope: float = entry(
         0.0, "Slope of the ground ahead, uphill above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
-        common=True, metavar="RAD",
+        common=True, metavar="RAD", least=-STEEPEST, most=STEEPEST,
     )  # fmt: skip
     cross_slope: float = entry(
         0.0, "Slope of the ground to the left, rising above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
-        common=True, metavar="RAD",
+        common=True, metavar="RAD", least=-STEEPEST, most=STEEPEST,
     )  # fmt: skip
     stairs: float = entry(
         0.0, "Rise of each step of stairs, down below zero; treads are as long as the steps.", "m",
-        common=True,
+        common=True, least=-HIGHEST, most=HIGHEST,
     )  # fmt: skip
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[GeometricParameter, ...] = GEOMETRY
@@ -202,28 +208,10 @@ class Task:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "constraints", _own(self.constraints))
+        check_settings(self)
         if not isinstance(self.cost, Cost):
             raise InputError(f"cost is {shown(self.cost)}; give a Cost, as TorqueCost()")
         check_declaration(self.cost)
-        for name, unit, way in (
-            ("speed", "m/s", "backward"),
-            ("lateral_speed", "m/s", "to the right"),
-            ("turn_rate", "rad/s", "to the right"),
-        ):
-            value = getattr(self, name)
-            if not is_finite(value):
-                raise InputError(
-                    f"{name} is {shown(value)} {unit}; it must be a finite number, below zero {way}"
-                )
-            if not is_of_use(value):
-                raise InputError(f"{name} is {value} {unit}; it must be 0, or {USABLE} in size")
-        for name in ("slope", "cross_slope"):
-            value = getattr(self, name)
-            if not (is_finite(value) and abs(value) <= STEEPEST):
-                raise InputError(
-                    f"{name} is {shown(value)} rad; it must be between {-STEEPEST:g} and "
-                    f"{STEEPEST:g} rad; for a rise over the run write 10%, {DEGREES}"
-                )
         if math.hypot(math.sin(self.slope), math.sin(self.cross_slope)) > math.sin(STEEPEST):
             raise InputError(
                 f"a slope of {self.slope:g} rad and a cross_slope of {self.cross_slope:g} rad are "
@@ -232,20 +220,7 @@ class Task:
         if self.terrain is not None:
             _check_terrain(self.terrain)
         self._check_stride()
-        for name, unit in (("duration", "s"), ("penalty_weight", "cost/m²")):
-            value = getattr(self, name)
-            if not (is_finite(value) and value > 0.0):
-                raise InputError(
-                    f"{name} is {shown(value)} {unit}; it must be a finite number above 0"
-                )
-            if not is_of_use(value):
-                raise InputError(f"{name} is {value} {unit}; it must be {USABLE}")
-        check_choices(self)
         self._check_ground()
-        for name in ("postures", "samples"):
-            value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool):
-                raise InputError(f"{name} is {shown(value)}; it must be a whole number")
         uniform_grid(self.samples, self.quadrature)  # refuses numbers of samples it cannot use
         _check_postures(self.postures, self.samples)
         time = self.geometry[DURATION]
@@ -264,12 +239,6 @@ class Task:
             )
         _check_toe_off(self.toe_off)
         _check_heel_strike(self.heel_strike, self.toe_off)
-        for name in ("toe_strip", "heel_strip"):
-            strip = getattr(self, name)
-            if not (is_finite(strip) and 0.0 < strip <= WIDEST):
-                raise InputError(
-                    f"{name} is {shown(strip)} m; it must be above 0, at most {WIDEST} m"
-                )
         if self.foot_flat == "impact" and self.heel_strike is None:
             raise InputError(
                 "foot_flat 'impact' is how a foot comes to lie flat that landed on its heel; give "
@@ -280,8 +249,6 @@ class Task:
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
 
     def _check_stride(self) -> None:
-        if not isinstance(self.stride, bool):
-            raise InputError(f"stride is {shown(self.stride)}; it must be True or False")
         if self.steps == 1:
             return
         if self.speed_as != "constraint":
@@ -303,11 +270,6 @@ class Task:
             )
 
     def _check_ground(self) -> None:
-        if not (is_finite(self.stairs) and abs(self.stairs) <= HIGHEST):
-            raise InputError(
-                f"stairs is {shown(self.stairs)} m; it must be between {-HIGHEST:g} and "
-                f"{HIGHEST:g} m"
-            )
         sloping = self.slope != 0.0 or self.cross_slope != 0.0
         if sum((sloping, self.stairs != 0.0, self.terrain is not None)) > 1:
             raise InputError(
@@ -348,7 +310,7 @@ class Task:
             raise InputError(f"touch_down 'impact' is an impact that both feet take, but {why}")
         if span is None:
             return
-        share = span / self.duration if is_finite(span) else float("nan")
+        share = span / self.duration
         if not SHORTEST <= share <= HALF:
             raise InputError(
                 f"double_support is {shown(span)} s; it must be from {SHORTEST * self.duration:g} "
@@ -557,14 +519,14 @@ def _own(constraints: object) -> tuple[Constraint, ...]:
 
 
 def _check_toe_off(share: float | None) -> None:
-    if share is not None and not (is_finite(share) and EARLIEST <= share <= LATEST):
+    if share is not None and not EARLIEST <= share <= LATEST:
         raise InputError(
             f"toe_off is {shown(share)}; it must be a share of the step from {EARLIEST} to {LATEST}"
         )
 
 
 def _check_heel_strike(share: float | None, toe_off: float | None) -> None:
-    if share is not None and not (is_finite(share) and SOONEST <= share <= FLAT_BY):
+    if share is not None and not SOONEST <= share <= FLAT_BY:
         raise InputError(
             f"heel_strike is {shown(share)}; it must be a share of the step from {SOONEST} to "
             f"{FLAT_BY}"

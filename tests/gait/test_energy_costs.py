@@ -109,7 +109,7 @@ def test_motors_are_needed_for_every_joint(robot):
         ElectricalEnergy(motors=(KNEE,)).integrand(robot)
     with pytest.raises(SpecError, match="no joint that moves is called so"):
         ElectricalEnergy(motors=(ALL._replace(joints="elbow"),)).integrand(robot)
-    with pytest.raises(InputError, match=r"regeneration is 1.2; it must be at most 1"):
+    with pytest.raises(InputError, match=r"regeneration is 1.2; it must be between 0 and 1"):
         ElectricalEnergy(1.2)
     with pytest.raises(InputError, match=r"power_smoothing is 0.0 W; it must be above 0"):
         PositiveWork(0.0)

@@ -20,7 +20,7 @@ NUMBERS = (
 @pytest.mark.parametrize("name", NUMBERS)
 @pytest.mark.parametrize("value", [math.nan, math.inf, True])
 def test_margins_must_be_numbers(name, value):
-    with pytest.raises(InputError, match=f"{name} is {value}; it must be a finite number"):
+    with pytest.raises(InputError, match=f"{name} is {value}.*; it must be a finite number"):
         Margins(**{name: value})
 
 
@@ -44,7 +44,7 @@ def test_switches_are_no_numbers(name, value):
         ("friction", 0.0, "friction is 0.0; it must be above 0"),
         ("leg_extension", -0.5, "leg_extension is -0.5; it must be above 0"),
         ("leg_extension", 1.01, "leg_extension is 1.01; it must be at most 1"),
-        ("torque_limit", 1e-320, r"torque_limit is 1e-320 N.m; it must be 0, or between 1e-50 and"),
+        ("torque_limit", 1e-320, r"torque_limit is 1e-320 N.m; it must be between 1e-50 and"),
         ("torque_limit", 0.0, r"torque_limit is 0.0 N.m; it must be above 0"),
         ("speed_limit", -3.0, "speed_limit is -3.0 rad/s; it must be above 0"),
         ("trunk_roll", 0.0, "trunk_roll is 0.0 rad; it must be above 0"),
