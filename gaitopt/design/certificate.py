@@ -24,7 +24,6 @@ from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
-from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import ClosedJump, FlatJump
 from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
@@ -40,6 +39,7 @@ from gaitopt.mechanics.newton_euler import (
     swing_jacobian,
     wrench_on_ground,
 )
+from gaitopt.mechanics.single_support import standing_robot
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds
 from gaitopt.nlp import Array, Residual, kkt_residual

@@ -60,7 +60,6 @@ from gaitopt.gait.step import (
     with_foot,
 )
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
-from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import (
     FlatImpact,
     FlatJump,
@@ -70,7 +69,12 @@ from gaitopt.mechanics.impact import (
     Turning,
 )
 from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
-from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives, SupportState
+from gaitopt.mechanics.single_support import (
+    SingleSupport,
+    SupportDerivatives,
+    SupportState,
+    standing_robot,
+)
 from gaitopt.mechanics.spatial import cross_force, cross_motion
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array

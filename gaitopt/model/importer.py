@@ -30,8 +30,7 @@ from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.chain_physics import armature_findings, loop_findings
 from gaitopt.model.coupling import couple
-from gaitopt.model.feet.foot_shape import FootShape, foot_points
-from gaitopt.model.feet.sole_detection import FoundSole, find_sole
+from gaitopt.model.feet.sole_detection import FootShape, FoundSole, find_sole, foot_points
 from gaitopt.model.feet.sole_frames import Soles, choose_soles, placement_numbers
 from gaitopt.model.feet.stance import Stance, flat_stance, legs_at_zero, level_feet, standing_legs
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions, LimitOverride

@@ -21,7 +21,7 @@ from gaitopt.gait.gait_file import gait_members, load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.mechanics.hinged import standing_robot
+from gaitopt.mechanics.single_support import standing_robot
 from gaitopt.model.robot import Robot
 from gaitopt.motions.export import csv_text, joint_names, stride_record, stride_samples
 from gaitopt.motions.motion import motion

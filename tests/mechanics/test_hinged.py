@@ -7,9 +7,8 @@ from numerics import relative_error
 from synthetic_bipeds import synthetic
 
 from gaitopt.contact import FlatFoot, ToeLine
-from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, Turning
-from gaitopt.mechanics.single_support import SingleSupport
+from gaitopt.mechanics.single_support import SingleSupport, standing_robot
 
 COUNT = 4
 TOE = ToeLine(0.01)

@@ -12,7 +12,6 @@ from places import CASES
 
 from gaitopt.contact import ToeLine
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
-from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.mdh_chain import turned
 from gaitopt.mechanics.newton_euler import motor_effort, sole_axes
 from gaitopt.mechanics.single_support import (
@@ -20,6 +19,7 @@ from gaitopt.mechanics.single_support import (
     SingleSupport,
     odd_polynomial,
     polynomial,
+    standing_robot,
 )
 from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
 from gaitopt.model.robot import Robot

@@ -20,10 +20,10 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
-from gaitopt.model.feet.foot_shape import foot_points
 from gaitopt.model.feet.sole_detection import (
     convex_polygon,
     find_sole,
+    foot_points,
     hull_faces,
     largest_rectangle,
 )

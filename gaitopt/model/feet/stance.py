@@ -11,9 +11,10 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source
-from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import (
     MOST_TILTED,
+    FootShape,
+    foot_points,
     lowest_face,
     sole_normal,
 )
