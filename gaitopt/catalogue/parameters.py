@@ -93,8 +93,9 @@ def _with_length(names: tuple[str, ...], link: str, axis: int) -> Parameter:
     return Parameter(f"{link} with its box and centre of mass", "m", value, change)
 
 
-def _mass(*names: str, value: Read) -> Parameter:
-    """Return the parameter of the mass of links, of those of one leg where they are of a leg."""
+def _mass(*names: str, value: Read | None = None) -> Parameter:
+    """Return the parameter of the mass of links, by default of one leg where they are of a leg."""
+    value = value or (lambda spec: sum(getattr(spec.links, name).mass for name in names))
 
     def change(spec: BipedSpec, new: float) -> BipedSpec:
         k = new / value(spec)
@@ -115,10 +116,6 @@ def _leg(spec: BipedSpec, new: float) -> BipedSpec:
     return PARAMETERS["thigh"].changed(PARAMETERS["shin"].changed(spec, shin), thigh)
 
 
-def _hip_width(spec: BipedSpec, new: float) -> BipedSpec:
-    return replace(spec, geometry=replace(spec.geometry, d7=new))
-
-
 def _ankle_height(spec: BipedSpec, new: float) -> BipedSpec:
     foot = spec.links.foot
     x, y, z = foot.com
@@ -137,20 +134,18 @@ PARAMETERS: Mapping[str, Parameter] = {
                      _leg),
     "shin": _with_length(("d3",), "shin", 2),
     "thigh": _with_length(("d4",), "thigh", 2),
-    "hip_width": Parameter("between the hip centres", "m", lambda s: s.geometry.d7, _hip_width),
+    "hip_width": Parameter(
+        "between the hip centres", "m", lambda s: s.geometry.d7,
+        lambda spec, new: replace(spec, geometry=replace(spec.geometry, d7=new)),
+    ),
     "ankle_height": Parameter("above the sole", "m", lambda s: s.geometry.d1, _ankle_height),
     "foot_length": _with_length(("foot_length", "l1"), "foot", 0),
     "foot_width": _with_length(("foot_width",), "foot", 1),
     "trunk_height": Parameter("of its box", "m", lambda s: s.links.torso.size[2], _trunk_height),
     "mass": _mass(*(entry.name for entry in fields(Links)), value=lambda s: s.total_mass),
-    "trunk_mass": _mass("torso", value=lambda s: s.links.torso.mass),
-    "hip_mass": _mass(
-        "hip_yaw", "hip_roll", value=lambda s: s.links.hip_yaw.mass + s.links.hip_roll.mass
-    ),
-    "thigh_mass": _mass("thigh", value=lambda s: s.links.thigh.mass),
-    "shin_mass": _mass("shin", value=lambda s: s.links.shin.mass),
-    "ankle_mass": _mass("ankle", value=lambda s: s.links.ankle.mass),
-    "foot_mass": _mass("foot", value=lambda s: s.links.foot.mass),
+    "trunk_mass": _mass("torso"),
+    "hip_mass": _mass("hip_yaw", "hip_roll"),
+    **{f"{link}_mass": _mass(link) for link in ("thigh", "shin", "ankle", "foot")},
 }  # fmt: skip
 """Parameters by their names; blanks and dashes may stand for underscores."""
 

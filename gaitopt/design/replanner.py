@@ -133,7 +133,12 @@ class Replanner:
             if begin is None:
                 reason = "the step asked for is longer than the legs"
                 continue
-            solution = self._solved(problem, begin, ends)
+            if begin.multipliers is None and self.last is None:
+                solution = attempt(problem, Search(self.options, stop=ends), begin.x)
+            else:
+                solver = self.options.solver.first_stage.near_solution()
+                derivable = derived(problem, self.options)
+                solution = solver.solve(derivable, begin, stop=stopping(ends))
             if solution.status is Status.INTERRUPTED or _walks(solution):
                 break
         outcome = NONE
@@ -172,12 +177,6 @@ class Replanner:
             yield None
         else:
             yield Start(guess)
-
-    def _solved(self, problem: WalkProblem, begin: Start, ends: Stop) -> Solution:
-        if begin.multipliers is None and self.last is None:
-            return attempt(problem, Search(self.options, stop=ends), begin.x)
-        solver = self.options.solver.first_stage.near_solution()
-        return solver.solve(derived(problem, self.options), begin, stop=stopping(ends))
 
 
 def _walks(solution: Solution) -> bool:

@@ -154,8 +154,9 @@ def transition_guess(problem: TransitionProblem) -> Array:
         geometry[FOOT_SPACING] *= _WIDER
     starts = [_lowered_start(problem, geometry) for geometry in geometries]
     starts[0] = replace(starts[0], q=asked.begin.q)
-    if asked.shift:
-        starts[0] = _shifted_start(problem, geometries[0])
+    if asked.shift:  # the pelvis is then nearer to the foot that stands
+        geometries[0][PELVIS_LATERAL] *= _BESIDE
+        starts[0] = _lowered_start(problem, geometries[0])
     starts[-1] = replace(starts[-1], q=asked.finish.q)
     parts = []
     for k, (own, duration) in enumerate(zip(layout.steps, asked.lasts, strict=True)):
@@ -163,12 +164,6 @@ def transition_guess(problem: TransitionProblem) -> Array:
         geometry[DURATION] = duration
         parts.append(_guessed_step(problem, own, starts[k], geometry, starts[k + 1].q))
     return layout.pack(parts, _guessed_shift(asked, starts[0].q) if asked.shift else None)
-
-
-def _shifted_start(problem: TransitionProblem, geometry: Array) -> _Start:
-    """Return how the foot leaves after a shift: the pelvis nearer to the foot that stands."""
-    geometry[PELVIS_LATERAL] *= _BESIDE
-    return _lowered_start(problem, geometry)
 
 
 def _guessed_shift(asked: TransitionTask, q: Array) -> Array:
@@ -243,12 +238,7 @@ def _lift(problem: WalkProblem) -> float:
     """Return how high the foot is lifted [m]."""
     most = _HIGHEST_CLEARANCE * problem.robot.legs.reach
     clearance = min(problem.task.margins.clearance, most)
-    return clearance + _extra_lift(problem) + problem.task.ground.lift
-
-
-def _extra_lift(problem: WalkProblem) -> float:
-    """Return how far the foot rises above its clearance [m]."""
-    return _EXTRA_LIFT * problem.robot.scales.length
+    return clearance + _EXTRA_LIFT * problem.robot.scales.length + problem.task.ground.lift
 
 
 @dataclass(frozen=True)

@@ -289,7 +289,7 @@ def model_gradient(
     joints += start.forces_in(carriers, between[None])[0, :, :3]
     on_sole = on_sole + landing.forces_in(swing, on_landing)[0, :3]
     on_sole += start.forces_in(swing, at_sole[None])[0, :3]
-    hips, ankles = _centres(step.posture, first[quantities.LEGS])
+    posture, legs = step.posture, first[quantities.LEGS]
     damping, friction = _passive(derivatives, effort, h)
     return ModelGradient(
         mass=supported.mass[h:] + at_impact.mass,
@@ -299,8 +299,8 @@ def model_gradient(
         swing_sole=on_sole,
         pelvis=start.forces_in(pelvis, at_pelvis[None])[0, :3],
         corners=on_corners,
-        hips=hips,
-        ankles=ankles,
+        hips=legs @ posture.pelvis.rotation,
+        ankles=np.stack([-legs[0], -posture.sole.rotation.T @ legs[1]]),
         armature=supported.armature[h:] + at_impact.armature,
         damping=damping,
         friction=friction,
@@ -369,12 +369,6 @@ def _double_support(
         away = -body.toActionMatrixInverse().T  # rows: what unit displacements do to the loop
         forces.append(loop_gap_jacobian(loop, away).T @ weight)
     return forces[0], forces[1]
-
-
-def _centres(posture: Posture, weights: Array) -> tuple[Array, Array]:
-    """Derivatives in the centres of hips and ankles from those in the legs' vectors, (2, 3)."""
-    hips = weights @ posture.pelvis.rotation
-    return hips, np.stack([-weights[0], -posture.sole.rotation.T @ weights[1]])
 
 
 def _passive(derivatives: StepDerivatives, effort: Array, hinges: int) -> tuple[Array, Array]:

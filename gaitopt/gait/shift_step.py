@@ -158,7 +158,8 @@ class ShiftStepModel(StepModel):
         self._at_knots = starting_still(spline_basis(self.knots, s * np.append(_KNOTS, 1.0)))
         self._shares = bernstein(until / s)
         self.sole: pin.SE3 = LegKinematics(robot).placements(shift.q)[1]
-        self._rest = self._closed(_at_rest(shift.q))
+        still = np.zeros(TWIST)
+        self._rest = self._closed(np.stack([shift.q[FREE], still, still])[:, None])
 
     @property
     def closed(self) -> ClosedChain:
@@ -378,8 +379,3 @@ class ShiftStepModel(StepModel):
 def _by_instant(moved: Array) -> Array:
     """Derivatives (N, 3, j, P) of a motion as those of one vector at each instant, (N, 3 j, P)."""
     return moved.reshape(len(moved), -1, moved.shape[3])
-
-
-def _at_rest(q: Array) -> Array:
-    """Return (u, 0, 0) of the stance leg at rest, shape (3, 1, 6)."""
-    return np.stack([q[FREE], np.zeros(TWIST), np.zeros(TWIST)])[:, None]

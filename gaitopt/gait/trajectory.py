@@ -364,7 +364,8 @@ class Trajectory:
             for index, phase in enumerate(self._phases(step)):
                 own.append(place)
                 end = self._exchanged(phase.motion(np.array([phase.duration]))[0], step)[0]
-                following = self._next(step, index)
+                last = index + 1 == len(self.phases)
+                following = self._standing(step + last, 0 if last else index + 1)
                 if following != standing:
                     soles = kinematics.soles(end)
                     turned = phase.foot_motion(np.array([phase.duration]))[0, 0]
@@ -384,12 +385,6 @@ class Trajectory:
     def _standing(self, step: int, phase: int) -> int:
         foot = self._phases(step)[phase].standing
         return 1 - foot if self._mirrored(step) else foot
-
-    def _next(self, step: int, phase: int) -> int:
-        """Return the foot that stands in the following phase."""
-        if phase + 1 < len(self.phases):
-            return self._standing(step, phase + 1)
-        return self._standing(step + 1, 0)
 
     def share(self, samples: TrajectorySamples) -> Array:
         """Return the share of its step that is over at each sample, from 0 to 1, shape (N,)."""

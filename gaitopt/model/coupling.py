@@ -336,7 +336,10 @@ class Coupling:
         wrong = [int(row) for row in np.flatnonzero(off > _SAME) if row not in self.free]
         row = wrong[0] if wrong else int(off.argmax())
         partner = int(np.abs(mirror[row]).argmax())
-        told = " and ".join(f"'{self.names[r]}' {self._words(r)}" for r in sorted({row, partner}))
+        told = " and ".join(
+            f"'{self.names[r]}' {'follows no other' if r in self.free else self._tie(r)}"
+            for r in sorted({row, partner})
+        )
         raise RobotError(
             f"the ties of joints are not mirror images: {told}, but in a mirror "
             f"'{self.names[partner]}' {self._image(row)}; correct the file, or leave all "
@@ -347,9 +350,6 @@ class Coupling:
     def _tie(self, row: int) -> Tie:
         master = self.names[int(self.free[self.motor[row]])]
         return Tie.of(self.names[row], master, self.coefficients[row])
-
-    def _words(self, row: int) -> str:
-        return "follows no other" if row in self.free else str(self._tie(row))
 
     def _image(self, row: int) -> Tie:
         """Return the tie of a joint seen in a mirror."""

@@ -360,7 +360,9 @@ class ImportOptions:
         for name in ("forward", "up"):
             object.__setattr__(self, name, _axis(getattr(self, name), name))
         _check_numbers(self)
-        object.__setattr__(self, "without", _without(self.without))
+        for part in (without := _tuple(self.without, "without")):
+            _one_of("without", part, PARTS)
+        object.__setattr__(self, "without", tuple(part for part in PARTS if part in without))
         for name in ("capsules", "arm_capsules"):
             if (value := getattr(self, name)) is not None:
                 rows = tuple(_capsule(row) for row in _tuple(value, name))
@@ -423,14 +425,6 @@ def _check_numbers(choices: ImportOptions) -> None:
         if [len(p) for p in rows] != [12, 12]:
             raise RobotError("sole_placements must be 2 lists of 12 numbers, the rows of [R p]")
         object.__setattr__(choices, "sole_placements", rows)
-
-
-def _without(value: object) -> tuple[str, ...]:
-    """Return the parts of the physics that are left out, each once and in their usual order."""
-    given = _tuple(value, "without")
-    for part in given:
-        _one_of("without", part, PARTS)
-    return tuple(part for part in PARTS if part in given)
 
 
 def _capsule(row: object) -> tuple[object, ...]:

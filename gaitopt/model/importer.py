@@ -284,7 +284,10 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     try:
         stood = flat_stance(posed, straight, pair.legs, heading.rotation, shapes)
         stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
-        soles = _soles(source, stance, shapes, sides, choices)
+        faces = _faces(stance, shapes, told=choices.sole is not None and _is_placed(choices))
+        lost = source.mesh_problems() if None in faces else []
+        broken = [problem for problem in source.problems if problem.kind == "shape"]
+        soles = choose_soles(stance.centred(), faces, sides, choices, (*broken, *lost))
     except RobotError as error:
         raise fault_error([*faults, *faults_of(error)]) from error
     resolved = _resolved(choices, model, pair, heading, soles, side)  # before feet are changed
@@ -301,7 +304,10 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         limits=tuple(replace(one, units=()) for one in overrides),  # which fit, as `override` knows
         payloads=payloads,
     )
-    counted = _counted(source.physics, choices, heading.rotation)
+    counted = source.physics.without(choices.without)
+    if choices.gravity is not None:
+        x, y, z = (float(-choices.gravity * n) for n in heading.rotation[:, 2])
+        counted = replace(counted, gravity=(x, y, z))
     findings = (
         *_leg_findings(model, posed.q, pair, heading, angles, others),
         *tied,
@@ -373,15 +379,6 @@ def _moving_ties(
     return found, findings
 
 
-def _counted(physics: Physics, choices: ImportOptions, rotation: Array) -> Physics:
-    """Return what counts of the physics, with the gravity that was chosen."""
-    counted = physics.without(choices.without)
-    if choices.gravity is None:
-        return counted
-    x, y, z = (float(-choices.gravity * n) for n in rotation[:, 2])
-    return replace(counted, gravity=(x, y, z))
-
-
 def _rotors(choices: ImportOptions, model: pin.Model, folder: Path) -> tuple[LimitOverride, ...]:
     if not choices.rotors:
         return ()
@@ -407,19 +404,6 @@ def _shapes(
         })
         for *_, foot in pair.legs
     ]  # fmt: skip
-
-
-def _soles(
-    source: Source,
-    stance: Stance,
-    shapes: list[FootShape | None],
-    names: tuple[str | None, str | None],
-    choices: ImportOptions,
-) -> Soles:
-    faces = _faces(stance, shapes, told=choices.sole is not None and _is_placed(choices))
-    lost = source.mesh_problems() if None in faces else []
-    broken = [problem for problem in source.problems if problem.kind == "shape"]
-    return choose_soles(stance.centred(), faces, names, choices, (*broken, *lost))
 
 
 def _is_placed(choices: ImportOptions) -> bool:

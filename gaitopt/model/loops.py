@@ -273,7 +273,8 @@ class _Mechanism:
                 f"it is open by {1e3 * gap:.3g} mm where the robot stands; at most "
                 f"{1e3 * OPEN:g} mm are closed"
             )
-        J_q, J_u = self._jacobians(self.q)
+        J = self.gap(self.q)[1]
+        J_q, J_u = J[:, self.own], J[:, self.free]
         U, sizes, V = np.linalg.svd(J_u)
         rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
         held = np.linalg.norm(U[:, rank:].T @ J_q, axis=0)
@@ -339,10 +340,6 @@ class _Mechanism:
                 gaps.append(R @ pin.log3(R.T @ first.rotation))
                 rows.append(J[3:] - K[3:])
         return np.concatenate(gaps), np.concatenate(rows)
-
-    def _jacobians(self, q: Array) -> tuple[Array, Array]:
-        J = self.gap(q)[1]
-        return J[:, self.own], J[:, self.free]
 
     def close(self, q: Array) -> Array:
         """Return the posture near one in which the loops are closed, the leg as it is."""

@@ -483,7 +483,9 @@ def bezier_record(motion: Motion) -> dict[str, object]:
     if gait.second is not None:  # a turn goes on along its circle
         ahead = np.array([gait.speed, gait.lateral_speed, 0.0])
     found: dict[str, object] = {}
-    sides = ("RightSS", "LeftSS") if _right(motion) == 0 else ("LeftSS", "RightSS")
+    first, other = trajectory.at(0.0).sole[0]
+    left = (np.linalg.inv(first) @ other)[1, 3] > 0.0  # where the other foot stands
+    sides = ("RightSS", "LeftSS") if left else ("LeftSS", "RightSS")
     worst = 0.0
     for step, side in enumerate(sides):
         T = trajectory.step_duration
@@ -518,12 +520,6 @@ def bezier_record(motion: Motion) -> dict[str, object]:
         "speed": gait.speed,
         **found,
     }
-
-
-def _right(motion: Motion) -> int:
-    """Return which foot is the right one: the other stands to its left."""
-    first = motion.gait.trajectory.at(0.0).sole[0]
-    return 0 if (np.linalg.inv(first[0]) @ first[1])[1, 3] > 0.0 else 1
 
 
 def _bezier(values: Array, rates: Array) -> Array:
@@ -586,11 +582,6 @@ def _table(motion: Motion) -> bytes:
     return _table_text(list(columns), np.stack([*columns.values()], axis=1), 12)
 
 
-def _g1(motion: Motion) -> bytes:
-    """Return base position, its quaternion x y z w, and joint angles, shape (T, 7 + n)."""
-    return _table_text([], motion.samples.configuration, 9)
-
-
 def _json(motion: Motion) -> bytes:
     entries = []
     for name, value in motion_record(motion).items():
@@ -629,7 +620,9 @@ FORMATS: dict[str, MotionFormat] = {
         MotionFormat("mujoco", ".npz", 100.0, "mujoco", _npz(mujoco_arrays)),
         MotionFormat("pinocchio", ".npz", 100.0, "gait", _npz(pinocchio_arrays)),
         MotionFormat("csv", ".csv", 100.0, "gait", _table),
-        MotionFormat("g1-csv", ".csv", 30.0, "g1", _g1),
+        MotionFormat(
+            "g1-csv", ".csv", 30.0, "g1", lambda one: _table_text([], one.samples.configuration, 9)
+        ),
         MotionFormat("bezier", ".yaml", 100.0, "gait", _yaml, sampled=False),
         MotionFormat("json", ".json", 100.0, "gait", _json),
     )

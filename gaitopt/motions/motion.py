@@ -148,7 +148,7 @@ class RobotOrder:
 
     def _depth_first(self) -> list[str]:
         """Return the joints as MuJoCo numbers them: depth first, brothers as in the file."""
-        names = [joint.name for joint in self._file if joint.name in self._known]
+        names = [joint.name for joint in self._file if joint.name in self.body.joint_names]
         if lost := [name for name in self.body.joint_names if name not in names]:
             raise InputError(
                 f"the robot's file does not tell where {_listed(lost)} stands in the order of an "
@@ -176,10 +176,6 @@ class RobotOrder:
     def _joint(self, row: int) -> FileJoint:
         name = self.body.joint_names[row]
         return self._by_name.get(name, FileJoint(name, name))
-
-    @cached_property
-    def _known(self) -> frozenset[str]:
-        return frozenset(self.body.joint_names)
 
     @cached_property
     def _by_name(self) -> dict[str, FileJoint]:
