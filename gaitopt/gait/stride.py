@@ -103,39 +103,69 @@ class StepsLayout(ABC):
 
     @property
     @abstractmethod
-    def size(self) -> int:
-        """Length of x."""
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
 
     @property
     @abstractmethod
-    def names(self) -> tuple[str, ...]:
-        """Name of every entry of x."""
+    def own(self) -> tuple[NDArray[np.int_], ...]:
+        """Entries of each step's parameters that x has for it alone, in their order in x."""
+
+    @property
+    @abstractmethod
+    def others(self) -> Array:
+        """Lower and upper bounds and scales of the entries of x after those, shape (k, 3)."""
+
+    @cached_property
+    def begins(self) -> list[int]:
+        """Entry of x with which the own parameters of each step begin, and their end."""
+        return [0, *np.cumsum([len(own) for own in self.own]).tolist()]
+
+    @property
+    def size(self) -> int:
+        """Length of x."""
+        return self.begins[-1] + len(self.others)
 
     @cached_property
     def charts(self) -> tuple[Chart, ...]:
         """Parameters of each step in x."""
-        return tuple(self._chart(number) for number in range(len(self.steps)))
+        found = []
+        for number, (layout, own) in enumerate(zip(self.steps, self.own, strict=True)):
+            matrix, offset = np.zeros((layout.size, self.size)), np.zeros(layout.size)
+            matrix[own, self.begins[number] + np.arange(len(own))] = 1.0
+            self._complete(number, (matrix, offset))
+            found.append(Chart(matrix, offset))
+        return tuple(found)
 
     @abstractmethod
-    def _chart(self, number: int) -> Chart:
-        """Return the parameters of a step in x."""
+    def _complete(self, number: int, chart: tuple[Array, Array]) -> None:
+        """Add to matrix and offset of a step's chart what is not its own."""
 
     @property
-    @abstractmethod
     def of_joints(self) -> list[int]:
         """Entries of x that are angles or rates of joints."""
+        return [
+            begin + k
+            for begin, layout, own in zip(self.begins, self.steps, self.own, strict=False)
+            for k in np.flatnonzero(np.isin(own, layout.of_joints)).tolist()
+        ]
 
     @abstractmethod
     def index(self, name: str) -> int | None:
         """Return where a geometric quantity stands in x, of the first step, or None if fixed."""
 
-    @abstractmethod
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds of x, shape (P,) each."""
+        lower, upper = zip(*(layout.bounds() for layout in self.steps), strict=True)
+        return self._joined(lower, self.others[:, 0]), self._joined(upper, self.others[:, 1])
 
-    @abstractmethod
     def scale(self) -> Array:
         """Return the size of a sensible step of each entry of x, shape (P,)."""
+        return self._joined([layout.scale() for layout in self.steps], self.others[:, 2])
+
+    def _joined(self, parts: Sequence[Array], others: Array) -> Array:
+        """Return an array of x from those of all steps (p,) and what comes after."""
+        return np.concatenate([*(z[own] for z, own in zip(parts, self.own, strict=True)), others])
 
     @abstractmethod
     def pack(self, parts: Sequence[Array]) -> Array:
@@ -174,8 +204,7 @@ class StrideLayout(StepsLayout):
     @property
     def largest(self) -> slice:
         """Entry of the largest torque; or none."""
-        first = self.size - len(self.shared)
-        return slice(first, first + self.peak)
+        return slice(self.begins[-1], self.begins[-1] + self.peak)
 
     @cached_property
     def shared(self) -> list[str]:
@@ -183,24 +212,12 @@ class StrideLayout(StepsLayout):
         names = [PEAK_NAME] if self.peak else []
         return [*names, *(_name(row) for row in SHARED if self.geometry[row].free)]
 
-    @property
-    def size(self) -> int:
-        return sum(len(own) for own in self.own) + len(self.shared)
-
     @cached_property
     def names(self) -> tuple[str, ...]:
         first, second = (
             [layout.names[k] for k in own] for layout, own in zip(self.steps, self.own, strict=True)
         )
         return (*first, *(SECOND + name for name in second), *self.shared)
-
-    @property
-    def of_joints(self) -> list[int]:
-        found, begin = [], 0
-        for layout, own in zip(self.steps, self.own, strict=True):
-            found += [begin + k for k in np.flatnonzero(np.isin(own, layout.of_joints)).tolist()]
-            begin += len(own)
-        return found
 
     def index(self, name: str) -> int | None:
         row = GEOMETRY_NAMES.index(name)
@@ -210,20 +227,9 @@ class StrideLayout(StepsLayout):
             return None
         return self.names.index(name)
 
-    def bounds(self) -> tuple[Array, Array]:
-        table = [layout.bounds() for layout in self.steps]
-        ends = np.array([self._of_shared(name) for name in self.shared]).reshape(-1, 3)
-        lower, upper = (
-            np.concatenate(
-                [*(b[k][own] for b, own in zip(table, self.own, strict=True)), ends[:, k]]
-            )
-            for k in range(2)
-        )
-        return lower, upper
-
-    def scale(self) -> Array:
-        parts = [layout.scale()[own] for layout, own in zip(self.steps, self.own, strict=True)]
-        return np.concatenate([*parts, [self._of_shared(name)[2] for name in self.shared]])
+    @cached_property
+    def others(self) -> Array:
+        return np.array([self._of_shared(name) for name in self.shared]).reshape(-1, 3)
 
     def _of_shared(self, name: str) -> tuple[float, float, float]:
         """Return bounds and scale of what both steps share."""
@@ -235,24 +241,18 @@ class StrideLayout(StepsLayout):
         return quantity.lower, quantity.upper, quantity.scale
 
     def pack(self, parts: Sequence[Array]) -> Array:
-        first, second = (z[own] for z, own in zip(parts, self.own, strict=True))
         names = [layout.names for layout in self.steps]
         means = [
             np.mean([z[own.index(name)] for z, own in zip(parts, names, strict=True)])
             for name in self.shared
         ]
-        return np.concatenate([first, second, means])
+        return self._joined(parts, np.array(means))
 
     def _shared_index(self, name: str) -> int | None:
-        if name not in self.shared:
-            return None
-        return self.size - len(self.shared) + self.shared.index(name)
+        return self.begins[-1] + self.shared.index(name) if name in self.shared else None
 
-    def _chart(self, number: int) -> Chart:
-        layout, own = self.steps[number], self.own[number]
-        matrix, offset = np.zeros((layout.size, self.size)), np.zeros(layout.size)
-        begin = 0 if number == 0 else len(self.own[0])
-        matrix[own, begin + np.arange(len(own))] = 1.0
+    def _complete(self, number: int, chart: tuple[Array, Array]) -> None:
+        layout, (matrix, offset) = self.steps[number], chart
         lasts, yaw = (self._shared_index(_name(row)) for row in (DURATION, FOOT_YAW))
         sign = TURN_SIGNS[number] * self.turn_rate
         for name in set(layout.names) & {*_SHARED_NAMES}:
@@ -268,7 +268,6 @@ class StrideLayout(StepsLayout):
                 offset[at] += sign * self.duration
             else:
                 matrix[at, lasts] = sign
-        return Chart(matrix, offset)
 
 
 def _name(row: int) -> str:

@@ -49,7 +49,6 @@ from gaitopt.gait.parameters import (
     PELVIS_YAW,
     STEP_LENGTH,
     TRUNK_PITCH,
-    Chart,
     GeometricParameter,
     Layout,
     set_geometry,
@@ -207,20 +206,18 @@ class TransitionLayout(StepsLayout):
     @property
     def shift(self) -> slice:
         """Entries of the shift; or none."""
-        return slice(self._begins[-1], self._begins[-1] + SHIFT_SIZE * self.shifts)
+        return slice(self.begins[-1], self.size)
 
     @cached_property
-    def _begins(self) -> list[int]:
-        """Entry of x with which the parameters of each step begin, and their end."""
-        return [0, *np.cumsum([len(own) for own in self.own]).tolist()]
+    def others(self) -> Array:
+        if not self.shifts:
+            return np.zeros((0, 3))
+        free = np.full(SHIFT_SIZE, np.inf)
+        return np.stack([-free, free, shift_scale(self.steps[0].scales)], axis=1)
 
     @property
     def largest(self) -> slice:
         return slice(self.size, self.size)
-
-    @property
-    def size(self) -> int:
-        return int(self.shift.stop)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -233,48 +230,23 @@ class TransitionLayout(StepsLayout):
 
     @property
     def of_joints(self) -> list[int]:
-        found = [
-            begin + k
-            for begin, layout, own in zip(self._begins, self.steps, self.own, strict=False)
-            for k, entry in enumerate(own)
-            if entry < layout.start.stop
-        ]
-        return [*found, *range(self.shift.start, self.shift.stop)[:TWIST]]
+        return [*super().of_joints, *range(self.shift.start, self.shift.stop)[:TWIST]]
 
     def index(self, name: str) -> int | None:
         found = [k for k, one in enumerate(self.names) if one.endswith(f"_{name}")]
         return found[0] if found else None
 
-    def bounds(self) -> tuple[Array, Array]:
-        both = [layout.bounds() for layout in self.steps]
-        free = np.full(self.shift.stop - self.shift.start, np.inf)
-        lower, upper = (
-            np.concatenate(
-                [*(b[k][own] for b, own in zip(both, self.own, strict=True)), sign * free]
-            )
-            for k, sign in enumerate((-1.0, 1.0))
-        )
-        return lower, upper
-
-    def scale(self) -> Array:
-        steps = [layout.scale() for layout in self.steps]
-        return self.pack(steps, shift_scale(self.steps[0].scales) if self.shifts else None)
-
     def pack(self, parts: Sequence[Array], shift: Array | None = None) -> Array:
-        steps = [z[own] for z, own in zip(parts, self.own, strict=True)]
-        return np.concatenate([*steps, np.zeros(0) if shift is None else shift])
+        return self._joined(parts, np.zeros(0) if shift is None else shift)
 
-    def _chart(self, number: int) -> Chart:
-        layout, own = self.steps[number], self.own[number]
-        matrix, offset = np.zeros((layout.size, self.size)), np.zeros(layout.size)
-        matrix[own, self._begins[number] + np.arange(len(own))] = 1.0
+    def _complete(self, number: int, chart: tuple[Array, Array]) -> None:
+        layout, own, (_, offset) = self.steps[number], self.own[number], chart
         if number == 0:
             offset[layout.start] = self.begin.q[: layout.joints * layout.lifted]
             offset[layout.shape] = self.begin.geometry[layout.free]
             offset[own] = 0.0
         if number == len(self.steps) - 1:
             offset[layout.rates] = self.finish.rate_before
-        return Chart(matrix, offset)
 
 
 @dataclass(frozen=True)
