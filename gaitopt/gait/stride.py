@@ -50,6 +50,7 @@ TURN_SIGNS = (-1.0, 1.0)
 """Foot yaw at the start of either step, less its mean, over the turn of the walk in a step."""
 
 
+@dataclass(frozen=True)
 class StepsLayout(ABC):
     """Where each parameter of several steps stands in x.
 
@@ -177,33 +178,27 @@ class StrideLayout(StepsLayout):
     """Where each parameter stands in x: first step, second step, then what they share.
 
     Attributes:
-        geometry: the table as it is asked for, complete.
-        steps: layouts of the steps; with tables of their own, for they begin with other foot yaws.
+        geometry, steps: as of `StepsLayout`; steps begin with other foot yaws.
         turn_rate: of the walk [rad/s].
         yaw: mean foot yaw while that is fixed [rad].
         duration: of a step while that is fixed [s].
     """
 
-    geometry: tuple[GeometricParameter, ...]
-    steps: tuple[Layout, Layout]
     turn_rate: float
     yaw: float
     duration: float
 
     @cached_property
-    def own(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-        """Entries of either step's parameters that are its own, in their order in x."""
-        first, second = (
+    def own(self) -> tuple[NDArray[np.int_], ...]:
+        return tuple(
             np.array(
                 [k for k, name in enumerate(layout.names) if name not in _SHARED_NAMES], dtype=int
             )
             for layout in self.steps
         )
-        return first, second
 
     @property
     def largest(self) -> slice:
-        """Entry of the largest torque; or none."""
         return slice(self.begins[-1], self.begins[-1] + self.peak)
 
     @cached_property
@@ -315,6 +310,7 @@ def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
     return StrideLayout(table, (steps[0], steps[1]), task.turn_rate, yaw.value, task.duration)
 
 
+@dataclass(frozen=True)
 class Steps(ABC):
     """Several steps, and the quantities of all of them one after another.
 
@@ -358,13 +354,10 @@ class Stride(Steps):
     """Two steps, and the quantities of both one after another.
 
     Attributes:
-        x: parameters, shape (P,).
-        steps: the first, and the second as its mirror image.
+        x, steps: as of `Steps`.
         pace: speed along the path [m/s].
     """
 
-    x: Array
-    steps: tuple[Step, ...]
     pace: float
 
     @property
@@ -373,7 +366,6 @@ class Stride(Steps):
 
     @property
     def step_length(self) -> float:
-        """Length of the path of the stride [m]."""
         return self.pace * self.duration
 
     def _advance(self) -> Array:

@@ -49,7 +49,6 @@ from gaitopt.gait.parameters import (
     PELVIS_YAW,
     STEP_LENGTH,
     TRUNK_PITCH,
-    GeometricParameter,
     Layout,
     set_geometry,
 )
@@ -165,22 +164,18 @@ class TransitionLayout(StepsLayout):
     """Where each parameter of a transition stands in x: step after step.
 
     Attributes:
-        geometry: the table as it is asked for, complete.
-        steps: layouts of the steps.
+        geometry, steps: as of `StepsLayout`.
         begin, finish: the given states.
         shifts: whether the first step begins with a shift of the weight: then the posture in which
             the foot leaves is free, but for where the feet are.
     """
 
-    geometry: tuple[GeometricParameter, ...]
-    steps: tuple[Layout, ...]
     begin: Junction
     finish: Junction
     shifts: bool = False
 
     @cached_property
     def own(self) -> tuple[NDArray[np.int_], ...]:
-        """Entries of each step's parameters that are free, in their order in x."""
         found = []
         for number, layout in enumerate(self.steps):
             free = np.ones(layout.size, dtype=bool)
@@ -254,13 +249,10 @@ class TransitionSteps(Steps):
     """Steps of a transition, and the quantities of all of them one after another.
 
     Attributes:
-        x: parameters, shape (P,).
-        steps: every second one as its mirror image.
+        x, steps: as of `Steps`.
         last_length: of the last step, which its end gives [m].
     """
 
-    x: Array
-    steps: tuple[Step, ...]
     last_length: float
 
     @property
@@ -269,7 +261,6 @@ class TransitionSteps(Steps):
 
     @property
     def step_length(self) -> float:
-        """Sum of the lengths of all steps [m]."""
         return sum(self.lengths)
 
     @property
