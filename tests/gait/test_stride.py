@@ -91,10 +91,16 @@ def test_the_step_of_a_straight_walk_is_an_optimal_stride(name):
         assert relative_error(step.motion, one.problem.step(one.solution.x).motion) < 1e-10
 
 
-def test_a_straight_stride_solved_is_the_walk_of_one_step():
-    one, two = found(speed=0.8), found(speed=0.8, stride=True)
-    assert two.certificate.certified
-    assert two.solution.cost == pytest.approx(one.solution.cost, rel=1e-8)
+@pytest.mark.parametrize(
+    ("options", "cost"),
+    # Refined, limits are held at other instants, and exceeded by up to 5e-7 between them.
+    [(DesignOptions(refine=False), 1e-8), (None, 1e-7)],
+    ids=["at the samples", "refined"],
+)
+def test_a_straight_stride_solved_is_the_walk_of_one_step(options, cost):
+    one, two = found(options, speed=0.8), found(options, speed=0.8, stride=True)
+    assert two.proven
+    assert two.solution.cost == pytest.approx(one.solution.cost, rel=cost)
     for step in two.gait.steps:
         assert relative_error(step.q, one.gait.q) < 1e-5
         assert relative_error(step.torque, one.gait.torque) < 1e-4
@@ -154,10 +160,15 @@ def test_walks_across_a_slope_and_stairs_are_certified_by_both_engines(way):
         assert sole[1] - sole[0] == pytest.approx([0.1, 0.1], abs=1e-9)
 
 
-def test_a_straight_stride_uphill_is_the_walk_of_one_step():
-    one, two = found(slope=0.1), found(slope=0.1, stride=True)
-    assert two.certificate.verdict == "certified"
-    assert two.solution.cost == pytest.approx(one.solution.cost, rel=1e-8)
+@pytest.mark.parametrize(
+    ("options", "cost"),
+    [(DesignOptions(refine=False), 1e-8), (None, 1e-7)],  # as above
+    ids=["at the samples", "refined"],
+)
+def test_a_straight_stride_uphill_is_the_walk_of_one_step(options, cost):
+    one, two = found(options, slope=0.1), found(options, slope=0.1, stride=True)
+    assert two.proven
+    assert two.solution.cost == pytest.approx(one.solution.cost, rel=cost)
 
 
 @pytest.mark.parametrize(("speed", "aside", "turn"), [(0.5, 0.1, 0.3), (-0.2, -0.1, 0.0)])
