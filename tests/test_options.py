@@ -22,6 +22,7 @@ from gaitopt import (
     audit,
     audit_transition,
     certify,
+    choices_from_toml,
     compare_solvers,
     design_gait,
     design_transition,
@@ -41,6 +42,7 @@ from gaitopt import (
 )
 from gaitopt.errors import InputError, OptionError, RobotError, did_you_mean
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, Payload
+from gaitopt.motions.motion import motion
 from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
 
 
@@ -180,7 +182,11 @@ def test_what_is_no_gait_is_refused(use, tmp_path, monkeypatch):
         (lambda r: certify(3, np.zeros(2)), "the problem is 3; give a WalkProblem"),
         (lambda r: Task().with_margins(3), "margins is 3; give a table by name"),
         (lambda r: Robot.from_urdf(r.urdf, choices="c.toml"), "choices is 'c.toml'; give Import"),
+        (lambda r: choices_from_toml(None), "the table of choices is None; give the text or"),
         (lambda r: urdf_text(r), "the biped is <Robot"),
+        (lambda r: motion(sample_gait(), "50"), "the number of Hz is '50'; give a number"),
+        (lambda r: motion(sample_gait(), 50.0, "2"), "the number of strides is '2'; give a number"),
+        (lambda r: motion(sample_gait(), 50.0, joints=3), "joints is 3; give the name of an order"),
         (lambda r: write_spec("x", "x.toml"), "the biped is 'x'; give a BipedSpec, as biped13()"),
         (lambda r: page_text(sample_gait(), steps=2.5), "the number of steps is 2.5; give a whole"),
     ],

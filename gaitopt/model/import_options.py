@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
-from gaitopt.bounds import ARMATURE
+from gaitopt.bounds import ARMATURE, must_be
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import PARTS
@@ -479,6 +479,7 @@ def choices_from_toml(toml: str | Path) -> ImportOptions:
         RobotError: the file cannot be read or is not TOML, has an unknown key, a value that cannot
             be used, or an SRDF that it does not use.
     """
+    must_be(toml, (str, Path), "the table of choices", "the text or the path of a TOML file")
     is_path = isinstance(toml, Path) or (toml.strip().endswith(".toml") and "\n" not in toml)
     where = str(toml).strip() if is_path else "the choices"
     text = read_text(Path(where), "choices") if is_path else str(toml)
