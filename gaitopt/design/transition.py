@@ -262,8 +262,20 @@ def _ends(
         raise InputError("a transition leads from or to a gait; give at least one")
     for gait in (before, after):
         must_be_gait(gait, (Gait, NoneType))
-    if before is not None and after is not None:
-        _check_same_robot(before, after)
+    same = (
+        before is None
+        or after is None
+        or (
+            before.joint_names == after.joint_names
+            and before.urdf == after.urdf
+            and before.fact("choices") == after.fact("choices")
+        )
+    )
+    if not same:
+        raise InputError(
+            "the two gaits are of different robots, or of different choices about one; give gaits "
+            "of one robot"
+        )
     walks, states = list[_Walk](), list[Junction | None]()
     for gait in (before, after):
         state = None
@@ -392,15 +404,6 @@ def _walk(gait: Gait, known: Iterable[Extension] = ()) -> tuple[WalkProblem, Jun
                 "from them"
             )
     return problem, junction
-
-
-def _check_same_robot(before: Gait, after: Gait) -> None:
-    same = before.joint_names == after.joint_names and before.urdf == after.urdf
-    if not (same and before.fact("choices") == after.fact("choices")):
-        raise InputError(
-            "the two gaits are of different robots, or of different choices about one; give gaits "
-            "of one robot"
-        )
 
 
 def _durations(

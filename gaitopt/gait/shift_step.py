@@ -123,13 +123,6 @@ class _ShiftOpening(Opening):
     shift: Array
 
 
-@dataclass(frozen=True)
-class _ShiftCourse(Course):
-    """The motion of a step with the double support that begins it."""
-
-    part: ShiftPart
-
-
 class ShiftStepModel(StepModel):
     """Evaluates first steps that begin with a shift of the weight, among those that follow."""
 
@@ -197,25 +190,16 @@ class ShiftStepModel(StepModel):
         front = np.zeros((self.grid.count, TWIST))
         front[self.both] = wrench
         part = ShiftPart(closed, self._rest, leaves, self.sole, wrench, points, front, free=free)
-        return _ShiftCourse(coefficients, motion, np.zeros((3, self.grid.count, 0)), None, part)
+        return Course(coefficients, motion, np.zeros((3, self.grid.count, 0)), double=part)
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
         motion = self.basis.at((1.0 - self.shift.share) * float(geometry[DURATION])) @ coefficients
         return np.ascontiguousarray(motion.swapaxes(0, 1))
 
-    def _step(
-        self,
-        opening: Opening,
-        landing: Landing,
-        course: Course,
-        support: SupportState,
-        read: dict[Quantity, Array],
-        yaw_end: float,
-    ) -> Step:
-        assert isinstance(course, _ShiftCourse)
-        own = SupportState(course.part.without_front(support.effort, self.both), support.corners)
-        step = super()._step(opening, landing, course, own, read, yaw_end)
-        return replace(step, double=course.part)
+    def _on_stance(self, course: Course, support: SupportState) -> SupportState:
+        assert course.double is not None
+        own = course.double.without_front(support.effort, self.both)
+        return SupportState(own, support.corners)
 
     def swing_duration(self, step: Step) -> float:
         """Return for how long one foot swings [s]."""

@@ -48,6 +48,7 @@ from gaitopt.gait.spline import (
     spline_basis,
 )
 from gaitopt.gait.step import (
+    DoubleSupportPart,
     Jacobians,
     PostureQuantities,
     ShapedTurn,
@@ -442,10 +443,15 @@ class StepModel(StepModelBase):
     ) -> Step:
         return Step(
             opening.z, opening.geometry, opening.posture, landing.q_end, landing.rate_before,
-            landing.impact, course.coefficients, course.motion, support,
+            landing.impact, course.coefficients, course.motion, self._on_stance(course, support),
             self._completed(read, opening, yaw_end), course.foot, landing.turn, landing.landed,
-            flat=course.flat,
+            flat=course.flat, double=course.double,
         )  # fmt: skip
+
+    def _on_stance(self, course: Course, support: SupportState) -> SupportState:
+        """Return the support without what a second foot that stands takes off; here none does."""
+        del course
+        return support
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
         """q, dq, ddq at the instants, shape (3, N, n), Eqs. (42)-(44)."""
@@ -705,13 +711,14 @@ class Course:
 
     Attributes:
         coefficients, motion: as of `Step`.
-        foot, flat: its `foot_motion` and `flat`.
+        foot, flat, double: its `foot_motion`, `flat` and `double`.
     """
 
     coefficients: Array
     motion: Array
     foot: Array
-    flat: FlatJump | None
+    flat: FlatJump | None = None
+    double: DoubleSupportPart | None = None
 
     @cached_property
     def whole(self) -> Array:

@@ -529,11 +529,7 @@ class StepSequence(Trajectory):
         return self._places[step]
 
     def at(self, times: ArrayLike, before: bool | ArrayLike = False) -> TrajectorySamples:
-        """Return the motion at times within it, as `Trajectory.at`.
-
-        Args:
-            times: from 0 to its period [s], a number or shape (N,).
-            before: whether an instant at which a step begins belongs to the one before it.
+        """Return the motion at times from 0 to its period [s]; otherwise as `Trajectory.at`.
 
         Raises:
             InputError: a time is not finite or outside, or there are too many of them.

@@ -511,8 +511,6 @@ def choices_from_record(record: Mapping[str, Any]) -> ImportOptions:
         for name in (f.name for f in fields(Sole)):
             if name not in sole:
                 raise RobotError(f"sole.{name} is missing; give toe, heel, left and right [m]")
-            if isinstance(sole[name], bool) or not isinstance(sole[name], int | float):
-                raise RobotError(f"sole.{name} must be a finite number [m], got {sole[name]!r}")
         table["sole"] = Sole(**{name: _finite(edge, f"sole.{name}") for name, edge in sole.items()})
     for name in ("forward", "up"):
         if isinstance(table.get(name), list):
