@@ -89,8 +89,13 @@ def design(
         fine = on_fine_grid(problem)
         finer, found = refine(problem, solution, newton.limited(ROUND), search, fine=fine)
         if finer is not problem:
-            return complete(finer, found, search, fine)
-        solution = with_work(attempt(problem, search, solution.x, solution.multipliers), solution)
+            early = complete(finer, found, search, fine)
+            if early.certificate.certified or search.stop():
+                return early
+        again = attempt(problem, search, solution.x, solution.multipliers)
+        if again.status is not Status.OPTIMAL:  # begun anew it went astray
+            again = with_work(attempt(problem, search, x), again)
+        solution = with_work(again, solution)
     if not is_walk(solution):
         solution = walk_after_diagnosis(problem, [solution], search)
     return complete(problem, solution, search)
