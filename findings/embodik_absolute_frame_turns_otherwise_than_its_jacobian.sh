@@ -2,8 +2,8 @@
 # Version:  embodik 0.23.2
 # Does:     AbsoluteFrameTask tracks a frame between two others ("weighted average of two frames"). The rows of its Jacobian for
 #           the place are the derivative of the place; those for the orientation are the weighted mean of both Jacobians, which
-#           is not the rate of the orientation that it measures, unless the weight is 0 or 1. FrameTask, RelativeFrameTask and COMTask have the derivative of their
-#           error to rounding.
+#           is not the rate of the orientation that it measures, unless the weight is 0 or 1.
+#           FrameTask, RelativeFrameTask and COMTask have the derivative of their error to rounding.
 # Guess:    at the target, where the error is zero, the Jacobian of a task is the slope of what it tracks.
 # Means:    a mean frame of two hands that carry, or of two feet, that are turned against each other by a radian or two turns
 #           at another rate than it is asked for, by a tenth to a third; an iteration still gets there, a feed-forward rate

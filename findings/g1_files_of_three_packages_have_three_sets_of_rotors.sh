@@ -8,8 +8,9 @@
 #           and 50 in the rest.
 # Guess:    one robot, one revision, masses alike to the gram: one set of motors.
 # Means:    how hard the foot is to roll is the choice of a file, by a factor of 26: without a rotor it is next to nothing. A
-#           swinging knee is 22 % harder to turn in the one MJCF and 9 % in the other, an elbow 10 and 29 %. Torques and energy of a gait, and gains tuned to it, follow. State the motors in the settings of a
-#           design, and compare armature, frictionloss and limits before masses.
+#           swinging knee is 22 % harder to turn in the one MJCF and 9 % in the other, an elbow 10 and 29 %. Torques and energy
+#           of a gait, and gains tuned to it, follow. State the motors in the settings of a design, and compare armature,
+#           frictionloss and limits before masses.
 # Seen:     inertia at ankle roll, ankle pitch, knee, elbow: 0.0004, 0.0028, 0.116, 0.0345 kg·m² (URDFs), 0.0076, 0.0100, 0.141,
 #           0.0381 (holosoma's MJCF), 0.0104, 0.0128, 0.126, 0.0445 (Menagerie); ankle 35 N·m in example-robot-data's,
 #           50 in the three others; mass 33.341 or 33.343 kg

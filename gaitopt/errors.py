@@ -3,11 +3,16 @@
 A message says what was wrong, the value with its unit, what is allowed, and what to do next.
 """
 
+import re
 from collections.abc import Iterable
+
+_OTHER_SIDE = {"left": "right", "right": "left", "l": "r", "r": "l"}
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return the question whether the nearest of known names was meant; empty where none is near.
+
+    The same name of the other side is near, but nobody means the right foot who says the left.
 
     Args:
         name: that is not known.
@@ -15,7 +20,12 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     """
     from difflib import get_close_matches  # which no command needs that is given rightly
 
-    close = get_close_matches(str(name), [one for one in known if one != name], n=1)
+    text = str(name).lower()
+    sides = r"left|right|(?<![a-z])[lr](?![a-z])"
+    mirrored = re.sub(sides, lambda side: _OTHER_SIDE[side[0]], text)
+    other = mirrored if mirrored != text else None
+    names = [one for one in known if one != name and one.lower() != other]
+    close = get_close_matches(str(name), names, n=1)
     return f"did you mean '{close[0]}'? " if close else ""
 
 

@@ -125,6 +125,21 @@ def test_what_was_said_is_not_what_may_have_been_meant(robot):
         Robot.from_urdf(robot.urdf, moving=("arms",))
 
 
+@pytest.mark.parametrize(
+    ("name", "known", "meant"),
+    [
+        ("left_foot", "right_foot", ""),
+        ("lower_leg_L", "lower_leg_R", ""),
+        ("Left_Foot", "left_foot", "left_foot"),
+        ("left_knee", "l_knee", "l_knee"),
+        ("pelvis_l", "pelvis", "pelvis"),
+        ("Pelvis", "pelvis", "pelvis"),
+    ],
+)
+def test_no_name_of_the_other_side_is_meant(name, known, meant):
+    assert did_you_mean(name, [known]) == (f"did you mean '{meant}'? " if meant else "")
+
+
 def test_arrays_are_lists_of_numbers():
     along, box = np.array([0, 0, 1]), np.array([0.1, 0.2, 0.3], dtype=np.float32)
     assert ImportOptions(up=along) == ImportOptions(up=(0, 0, 1))

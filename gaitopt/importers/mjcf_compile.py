@@ -356,11 +356,15 @@ def mesh_by_mujoco(path: Path) -> tuple[Array, Array] | None:
 def check_magnitudes(tree: XmlTree) -> None:
     """Refuse places, directions and sizes whose squares MuJoCo has no number for, or soon has none.
 
+    Those of no body, as lights and the ground, may be of any size.
+
     Raises:
         RobotError: naming the element and its attribute.
     """
+    ways = (".//light", ".//camera", ".//geom[@type='plane']", "worldbody/geom", "worldbody/site")
+    free = {element for way in ways for element in tree.root.iterfind(way)}
     for element in tree.root.iter():
-        for name in _VECTORS & element.attrib.keys():
+        for name in () if element in free else _VECTORS & element.attrib.keys():
             if any(SIZE <= abs(value) < math.inf for value in as_numbers(element.attrib[name])):
                 text = printable(element.attrib[name])
                 raise NamedElement(tree, element).refusal(

@@ -174,7 +174,7 @@ class NamedElement:
         if not abs(value) < most:
             raise self.refusal(
                 f"{name} is '{printable(text)}'; it must be a finite number{_below(value)} [{unit}]"
-                f"{number_hint(text)}; correct it",
+                f"{'' if math.isfinite(value) else number_hint(text)}; correct it",
                 child,
             )
         return value
@@ -190,9 +190,11 @@ class NamedElement:
         text = default if child is None else child.get(attribute, default)
         values = as_numbers(text)
         if len(values) != count or not all(abs(value) < SIZE for value in values):
+            bound = _below(*values)
+            hint = "" if bound and all(map(math.isfinite, values)) else number_hint(text)
             raise self.refusal(
                 f"{name} is '{printable(text)}'; it must be {_NUMBER_WORDS[count]} finite numbers"
-                f"{_below(*values)}{number_hint(text)}; correct it",
+                f"{bound}{hint}; correct it",
                 child,
             )
         return values

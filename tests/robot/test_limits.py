@@ -1,3 +1,5 @@
+import sys
+
 import numpy as np
 import pytest
 from humanoids import edits
@@ -64,8 +66,9 @@ def test_a_joint_without_limits_has_none_in_words():
     assert not any("placeholder" in line for line in said(free))
 
 
-def test_a_range_beyond_full_turns_is_none(robot):
-    free = Robot.from_urdf(edited_urdf(both("hip_yaw", lower=-10.0, upper=10.0)))
+@pytest.mark.parametrize("end", [10.0, 1e16, sys.float_info.max])
+def test_a_range_beyond_full_turns_is_none(robot, end):
+    free = Robot.from_urdf(edited_urdf(both("hip_yaw", lower=-end, upper=end)))
     for row in rows(free, "hip_yaw"):
         assert (free.limits.lower[row], free.limits.upper[row]) == (-np.inf, np.inf)
     assert np.isfinite(free.limits.lower).sum() == 10

@@ -331,6 +331,19 @@ def test_a_body_of_nothing_needs_one_fixed_to_it(sound):
 
 
 @pytest.mark.parametrize(
+    "edit",
+    [
+        at("worldbody/geom", size="1e10 1e10 1", pos="0 0 -1e12"),
+        added("worldbody", "<light pos='0 0 1e10'/>", "<geom type='box' size='1 1 1e10'/>"),
+        added(f".//body[@name='{SHIN}']", "<camera pos='1e10 0 0'/>"),
+        motor(ctrlrange="-1e10 1e10"),
+    ],
+)
+def test_ground_lights_and_ranges_may_be_large(sound, edit):
+    assert read_source(edited(sound, edit)).problems == ()
+
+
+@pytest.mark.parametrize(
     ("edit", "told"),
     [
         (joint(range="60 -5"), "its range 60 to -5 is upside down: to MuJoCo, it has none"),

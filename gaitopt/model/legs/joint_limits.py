@@ -124,7 +124,7 @@ def _without_placeholders(
     values["lower"] = np.where(raw.lower < -_WIDEST, -np.inf, raw.lower)
     values["upper"] = np.where(raw.upper > _WIDEST, np.inf, raw.upper)
     wide = np.isinf(values["lower"]) | np.isinf(values["upper"])
-    findings += _placeholders(names, "range", raw.upper - raw.lower, wide, "rad")
+    findings += _placeholders(names, "range", _widths(raw), wide, "rad")
     units = _in_degrees(names, raw, wide) or _in_radians(names, raw)
     return JointLimits(**values), units + findings, faults
 
@@ -146,7 +146,7 @@ def _in_degrees(names: tuple[str, ...], raw: JointLimits, wide: NDArray[np.bool_
 
 def _in_radians(names: tuple[str, ...], raw: JointLimits) -> list[Finding]:
     """Warn where even the widest range is that of a leg in radians, but read in degrees."""
-    widths = raw.upper - raw.lower
+    widths = _widths(raw)
     row = int(np.argmax(widths))
     if not 0.0 < widths[row] < _NARROW:
         return []
@@ -156,6 +156,12 @@ def _in_radians(names: tuple[str, ...], raw: JointLimits) -> list[Finding]:
         'the file counts in degrees? MJCF does without <compiler angle="radian"/>'
     )
     return [Finding("limits", f"{len(names)} joints", text, "warning")]
+
+
+def _widths(raw: JointLimits) -> Array:
+    """Return the widths of the ranges, infinite between the largest numbers of either sign."""
+    with np.errstate(over="ignore"):
+        return raw.upper - raw.lower
 
 
 def _placeholders(
