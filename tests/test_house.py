@@ -121,6 +121,19 @@ def test_readme_links_exist():
     assert [t for t in targets if not (ROOT / t).exists()] == []
 
 
+def test_docs_name_files_that_there_are():
+    known = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.rglob("*.py")]
+    of_readers = {"NAME.py", "calm.py", "hurdles.py", "mine.py", "steady_ankle.py"}
+    named = {
+        (page.name, path)
+        for page in (ROOT / "docs").rglob("*.md")
+        for path in re.findall(r"(?:\w+/)*\w+\.py\b", page.read_text("utf-8"))
+        if path.split("/")[-1] not in of_readers
+    }
+    assert len(named) > 50
+    assert [each for each in named if not any(path.endswith(f"/{each[1]}") for path in known)] == []
+
+
 def test_how_it_works_names_what_there_is():
     text = (ROOT / "docs" / "how-it-works.md").read_text("utf-8")
     paths = set(re.findall(r"`([a-z_]+/[a-z_]+\.py|[a-z_]+\.py)`", text))
