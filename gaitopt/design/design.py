@@ -81,8 +81,10 @@ def design(
     x = _guess(problem, search) if start is None else checked_start(problem, start)
     if isinstance(start, Gait):
         problem, multipliers = gone_on(problem, start)
-    newton = quadratic(search.options.solver.first_stage) if multipliers is None else None
-    if newton is None or search.options.differences != "none" or not search.options.refine:
+    newton, options = quadratic(search.options.solver.first_stage), search.options
+    # Where both feet take an impact, the walk is sought from another, which must be a walk itself.
+    whole = multipliers is not None or problem.schedule.striking
+    if whole or newton is None or options.differences != "none" or not options.refine:
         return complete(problem, searched(problem, search, x, multipliers), search)
     solution = attempt(problem, search.changed(solver=replace(newton, early=True)), x)
     if solution.status is Status.OPTIMAL:

@@ -468,6 +468,8 @@ def refine(
             found = finer, with_work(again, found[1])
             parted = parted if moving else found
         else:
+            if nearly and not moving:
+                return problem, solution
             found = pruned(problem, *found)
         if not moving or is_strict(*found):
             break  # where no instants moved, exchange alone would do the same again

@@ -16,6 +16,7 @@ from gaitopt.solvers import Solver, solver_by_name
 
 SAMPLED = DesignOptions(solver=solver_by_name("sqp"), refine=False)
 UNEXPLAINED = replace(SAMPLED, diagnose=False)  # for messages, which no diagnosis changes
+UNEXPLAINED_BETWEEN = DesignOptions(diagnose=False)  # which holds between the samples too
 
 
 def test_the_cost_at_1_metre_per_second(sampled_design):
@@ -41,6 +42,26 @@ def test_refinement_costs_little_and_certifies(sampled_design, refined_design):
     assert refined_design.problem.grid.count > 31
     excess = refined_design.solution.cost / sampled_design.solution.cost - 1.0
     assert 0.0 < excess < 0.01
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"speed": 0.6, "double_support": 0.08, "touch_down": "impact"},
+        {"speed": 1.0, "double_support": 0.08, "touch_down": "impact"},
+        {"speed": 0.7, "toe_off": 0.8, "heel_strike": 0.15},
+    ],
+)
+def test_a_search_that_may_end_early_comes_to_the_walk_of_one_that_does_not(
+    robot, changes, monkeypatch
+):
+    task = preset_task("standard", robot, **changes)
+    found = design(robot, task, UNEXPLAINED_BETWEEN)
+    monkeypatch.setattr("gaitopt.design.design.quadratic", lambda _: None)
+    thorough = design(robot, task, UNEXPLAINED_BETWEEN)
+    assert thorough.certificate.certified
+    assert found.certificate.certified
+    assert found.solution.cost == pytest.approx(thorough.solution.cost, rel=1e-6)
 
 
 def test_the_work_of_all_rounds_is_counted(sampled_design, refined_design):
