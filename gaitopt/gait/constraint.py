@@ -160,7 +160,8 @@ def check_relaxation(
         raise InputError(
             f"margins of {kind} is {shown(one.margins)}; give a tuple of names: ('friction',)"
         )
-    whole = f'couplings of {kind}; write them as couplings = {{"friction": ("load", 1.0)}}'
+    form = 'write them as couplings = {"friction": ("load", 1.0)}'
+    whole = f"couplings of {kind}; {form}"
     if not isinstance(one.couplings, Mapping):
         raise InputError(f"{shown(one.couplings)} cannot be the {whole}")
     for name, pair in one.couplings.items():
@@ -168,11 +169,14 @@ def check_relaxation(
             raise InputError(f"{shown({name: pair})} cannot be among the {whole}")
         if not (name in margins or name in declared_margins(one)):
             hint = did_you_mean(name, (*margins, *declared_margins(one)))
-            raise InputError(f"there is no margin {shown(name)}; {hint}it is among the {whole}")
+            raise InputError(
+                f"couplings of {kind} name the margin {shown(name)}, which is none; {hint}{form}"
+            )
         if pair[0] not in constraints:
             hint = did_you_mean(pair[0], constraints)
             raise InputError(
-                f"there is no constraint {shown(pair[0])}; {hint}it is among the {whole}"
+                f"couplings of {kind} name the constraint {shown(pair[0])}, which is none; "
+                f"{hint}{form}"
             )
 
 

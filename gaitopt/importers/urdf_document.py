@@ -335,10 +335,11 @@ def _soft(joint: NamedElement, safety: Element | None, kind: str) -> tuple[float
         return None
 
     def end(attribute: str) -> float:
-        if attribute not in safety.attrib:  # 0 by the format if only the other one is given
-            return 0.0
+        # 0 by the format if only the other one is given, and infinite for none
+        value = as_number(safety.get(attribute, "0"))
         name = f"the {attribute} of its safety_controller"
-        return joint.number(safety, attribute, name, limit_unit(kind, "lower"), math.inf)
+        unit = limit_unit(kind, "lower")
+        return joint.number(safety, attribute, name, unit) if math.isnan(value) else value
 
     return end("soft_lower_limit"), end("soft_upper_limit")
 

@@ -159,19 +159,17 @@ class NamedElement:
         """Return the error that says the same, to be raised."""
         return RobotError(str(self.problem("", text, child)))
 
-    def number(
-        self, child: Element | None, attribute: str, name: str, unit: str, most: float = SIZE
-    ) -> float:
-        """Return the number in an attribute of a child element, of a size below `most`.
+    def number(self, child: Element | None, attribute: str, name: str, unit: str) -> float:
+        """Return the number in an attribute of a child element.
 
         Raises:
-            RobotError: the attribute is absent or no such number.
+            RobotError: the attribute is absent, or not a finite number, or one too large.
         """
         text = None if child is None else child.get(attribute)
         if text is None:
             raise self.refusal(f"no {name} is given; add it [{unit}]", child)
         value = as_number(text)
-        if not abs(value) < most:
+        if not abs(value) < SIZE:
             raise self.refusal(
                 f"{name} is '{printable(text)}'; it must be a finite number{_below(value)} [{unit}]"
                 f"{'' if math.isfinite(value) else number_hint(text)}; correct it",

@@ -296,13 +296,13 @@ COUPLINGS = [
     ("{'friction': ('load', 'x')}", "cannot be among the couplings"),
     (
         "{'friction': ('lod', 1.0)}",
-        "no constraint 'lod'; did you mean 'load'. it is among the coupl",
+        "name the constraint 'lod', which is none; did you mean 'load'. write them as coupl",
     ),
     (
         "{'frition': ('load', 1.0)}",
-        "no margin 'frition'; did you mean 'friction'. it is among the coupl",
+        "name the margin 'frition', which is none; did you mean 'friction'. write them as coupl",
     ),
-    ("{5: ('load', 1.0)}", "there is no margin 5; it is among the couplings"),
+    ("{5: ('load', 1.0)}", "name the margin 5, which is none; write them as couplings"),
 ]
 
 

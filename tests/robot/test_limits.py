@@ -75,6 +75,12 @@ def test_a_range_beyond_full_turns_is_none(robot, end):
     assert free.legs.reach == robot.legs.reach
 
 
+@pytest.mark.parametrize("end", [np.inf, -np.inf])
+def test_a_range_of_one_infinite_end_alone_is_refused(end):
+    with pytest.raises(RobotError, match="lower must be below upper"):
+        Robot.from_urdf(edited_urdf(both("hip_yaw", lower=end, upper=end)))
+
+
 def test_a_knee_without_a_range_bends_backwards(robot):
     free = Robot.from_urdf(edited_urdf(both("knee", lower=-9.0, upper=9.0)))
     np.testing.assert_array_equal(free.legs.flexion, robot.legs.flexion)

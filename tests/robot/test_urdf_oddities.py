@@ -271,6 +271,16 @@ def test_soft_limits_are_told_and_not_imposed():
     assert (model.lowerPositionLimit[row], model.upperPositionLimit[row]) == (0.0, 2.6)
 
 
+@pytest.mark.parametrize("end", ["inf", "1e16", "1.7976931348623157e308"])
+def test_soft_limits_of_any_size_are_none(end):
+    def edit(root):
+        soft = ET.Element("safety_controller", soft_lower_limit=f"-{end}", soft_upper_limit=end)
+        joint(root, "left_knee").append(soft)
+
+    source = read_source(edited_urdf(edit))
+    assert (source.findings(), source.problems) == ((), ())
+
+
 MATERIAL = "the material of its visual has no name; its colour is used"
 
 

@@ -159,8 +159,8 @@ def _in_radians(names: tuple[str, ...], raw: JointLimits) -> list[Finding]:
 
 
 def _widths(raw: JointLimits) -> Array:
-    """Return the widths of the ranges, infinite between the largest numbers of either sign."""
-    with np.errstate(over="ignore"):
+    """Return the widths of the ranges: infinite between the largest numbers, or NaN of no range."""
+    with np.errstate(over="ignore", invalid="ignore"):
         return raw.upper - raw.lower
 
 
