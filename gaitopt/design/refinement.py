@@ -461,7 +461,7 @@ def refine(
         for finer, again, near in rounds:
             moving = moving or near
             if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
-                if nearly:
+                if nearly and (found[0] is problem or again.status is not Status.INTERRUPTED):
                     return problem, solution
                 found = found[0], _kept(found[1], again)
                 break

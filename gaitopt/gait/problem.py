@@ -309,7 +309,10 @@ class WalkProblem(NLP):
     def values(self, x: Array) -> Values:
         step = self.whole(x)
         if self._last_values is None or self._last_values.x is not step.x:
-            self._last_values = Values(step.x, self.cost.value(step), self._row_values(step))
+            rows = self._row_values(step)
+            for kept in (step.x, rows):  # and given to all who ask
+                kept.setflags(write=False)
+            self._last_values = Values(step.x, self.cost.value(step), rows)
         return self._last_values
 
     def point(self, x: Array) -> Point:
@@ -320,6 +323,7 @@ class WalkProblem(NLP):
         gradient = np.zeros(self.layout.size)
         for one, weight in self._cost_gradient(found).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
+        gradient.setflags(write=False)
         slopes = RowSlopes(self._slopes(step, jacobians))
         self._last_point = WalkPoint(self.values(x), gradient, slopes)
         return self._last_point

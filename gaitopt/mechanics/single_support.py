@@ -430,6 +430,9 @@ _KEPT = 8  # hinged robots, one for each robot and contact
 def standing_robot(robot: Robot, *contacts: ContactMode) -> Robot:
     """Return a robot whose joints are the hinges of contacts, then its own; itself without any.
 
+    A hinge is one more joint, between the ground and the stance foot, about a line of its sole. The
+    model is then rooted at the footprint, a body without mass where the sole stood flat, and the
+    torque of the hinge is the moment of the ground about the line.
     Of several hinges, one after the other from the ground, one at most is not at 0: a foot turns
     about one line at a time, and the others do nothing.
     What is measured of the legs (limits, mirror, geometry) is still that of the robot's own joints.

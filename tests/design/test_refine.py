@@ -220,6 +220,20 @@ def test_a_walk_nearly_solved_is_left_where_no_minimum_is_near(sampled_design, n
     assert refine(problem, nearly, SQP(), Search()) == (problem, nearly)
 
 
+def test_a_walk_nearly_solved_keeps_its_last_complete_round_where_it_is_stopped(
+    sampled_design, nearly, monkeypatch
+):
+    problem = sampled_design.problem
+    finer, found = refine(problem, nearly, SQP(), Search())
+    stopped = replace(found, x=nearly.x, status=Status.INTERRUPTED)
+    rounds = [(finer, found, True), (finer, stopped, True)]
+    monkeypatch.setattr(refinement, "exchange", lambda *_: iter(rounds))
+    grid, kept = refine(problem, nearly, SQP(), Search())
+    assert grid is finer
+    assert kept.status is Status.INTERRUPTED
+    np.testing.assert_array_equal(kept.x, found.x)
+
+
 def test_where_a_walk_nearly_solved_leads_to_no_minimum_exchange_begins_when_it_is_solved(
     sampled_design, nearly, monkeypatch
 ):

@@ -96,6 +96,16 @@ def test_changing_the_array_that_was_given_changes_nothing(robot, guess, method)
     np.testing.assert_array_equal(evaluate(guess).rows, rows)
 
 
+@pytest.mark.parametrize("name", ["x", "rows", "gradient"])
+def test_what_is_kept_cannot_be_written_into(robot, guess, name):
+    problem = WalkProblem(robot, preset_task())
+    given = [problem.point(guess)] if name == "gradient" else [problem.values(guess)]
+    given.append(problem.point(guess))
+    for one in given:
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(one, name)[0] = 0.0
+
+
 def test_variables_are_those_of_the_layout(problem):
     assert problem.variables.names == problem.layout.names
     assert len(problem.variables.names) == 43
