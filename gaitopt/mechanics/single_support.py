@@ -163,6 +163,10 @@ class SingleSupport:
         self._instants = list(zip(self._q, self._v, self._a, strict=True))  # views
         self._joints = robot.physics.passive
 
+    def __reduce__(self) -> tuple[type[SingleSupport], tuple[Robot, int]]:
+        """Be made anew where it is copied: copies of views follow no array."""
+        return SingleSupport, (self.robot, self.count)
+
     @property
     def _carried(self) -> GravityCompensation | None:
         """Weight that is carried from outside."""

@@ -1,4 +1,6 @@
 import functools
+import pickle
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -94,6 +96,17 @@ def test_changing_the_array_that_was_given_changes_nothing(robot, guess, method)
     np.testing.assert_array_equal(before.x, guess)
     assert relative_error(evaluate(x).rows, rows) > 1e-3
     np.testing.assert_array_equal(evaluate(guess).rows, rows)
+
+
+@pytest.mark.parametrize("changes", [{}, {"toe_off": 0.8}, {"double_support": 0.05}])
+@pytest.mark.parametrize("copied", [deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_a_copy_of_a_walk_is_that_walk(robot, changes, copied):
+    problem = WalkProblem(robot, preset_task(speed=0.7, **changes))
+    x = first_guess(problem)
+    problem.point(x)
+    again, other = copied(problem), x + 1e-3
+    np.testing.assert_array_equal(again.values(other).rows, problem.values(other).rows)
+    np.testing.assert_array_equal(again.point(other).jacobian, problem.point(other).jacobian)
 
 
 @pytest.mark.parametrize("name", ["x", "rows", "gradient"])
