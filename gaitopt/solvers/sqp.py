@@ -113,7 +113,8 @@ class SQP(SingleStage):
             multipliers, and is raised by itself when it proves too small (measured: begun with
             that sum or less, more starts lead to an optimum than with several times as much) ...
         max_penalty: ... but not beyond this; only then is a program called infeasible.
-        early: whether a run ends as soon as it is near, where another method arrives sooner.
+        early: whether a run ends as soon as it is near, where another method arrives sooner; called
+            optimal, with the KKT residual that it has.
     """
 
     name: ClassVar[str] = "sqp"
