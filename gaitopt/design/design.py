@@ -83,9 +83,10 @@ def design(
         problem, multipliers = gone_on(problem, start)
     newton, options = quadratic(search.options.solver.first_stage), search.options
     # Where both feet take an impact, the walk is sought from another, which must be a walk itself.
-    whole = multipliers is not None or problem.schedule.striking
-    if whole or newton is None or options.differences != "none" or not options.refine:
+    to_its_end = multipliers is not None or problem.schedule.striking
+    if to_its_end or newton is None or options.differences != "none" or not options.refine:
         return complete(problem, searched(problem, search, x, multipliers), search)
+    # Near the walk refinement arrives sooner than the search; else the search goes on.
     solution = attempt(problem, search.changed(solver=replace(newton, early=True)), x)
     if solution.status is Status.OPTIMAL:
         fine = on_fine_grid(problem)

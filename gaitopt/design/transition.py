@@ -262,16 +262,9 @@ def _ends(
         raise InputError("a transition leads from or to a gait; give at least one")
     for gait in (before, after):
         must_be_gait(gait, (Gait, NoneType))
-    same = (
-        before is None
-        or after is None
-        or (
-            before.joint_names == after.joint_names
-            and before.urdf == after.urdf
-            and before.fact("choices") == after.fact("choices")
-        )
-    )
-    if not same:
+    given = [gait for gait in (before, after) if gait is not None]
+    robots = [(gait.joint_names, gait.urdf, gait.fact("choices")) for gait in given]
+    if robots[0] != robots[-1]:
         raise InputError(
             "the two gaits are of different robots, or of different choices about one; give gaits "
             "of one robot"

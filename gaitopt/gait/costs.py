@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import EvaluationError, GaitoptError, InputError, did_you_mean, there_are
+from gaitopt.errors import EvaluationError, InputError, did_you_mean, there_are
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     Constraint,
     ConstraintBlock,
     ConstraintContext,
     check_declaration,
-    failure,
     margin,
+    own_code,
 )
 from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function
 from gaitopt.gait.grid import Grid
@@ -196,14 +196,8 @@ class RunningCost(Cost):
                     f"the cost '{self.name}' reads {one}, which a step has once; an integral over "
                     "the step has none of it: subclass Cost in place of RunningCost"
                 )
-        try:
+        with own_code(self, f"the cost '{self.name}' cannot make its integrand"):
             integrand = self.integrand(context.robot)
-        except GaitoptError:
-            raise
-        except Exception as error:
-            raise InputError(
-                f"the cost '{self.name}' cannot make its integrand: {failure(error, self)}"
-            ) from error
         check_function(
             integrand, self._typical_entries(context.robot), 1, f"the cost '{self.name}'"
         )

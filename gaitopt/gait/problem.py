@@ -14,9 +14,15 @@ from numpy.typing import ArrayLike
 from gaitopt.bounds import must_be, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, failure
+from gaitopt.gait.constraint import (
+    Constraint,
+    ConstraintBlock,
+    ConstraintContext,
+    failure,
+    own_code,
+)
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.double_step import (
@@ -540,13 +546,8 @@ def constraint_blocks(
             its own is not what it says.
     """
     if task.terrain is not None:
-        try:
+        with own_code(task.terrain, f"the terrain '{task.terrain.name}'"):
             check_profile(task.terrain, robot.sole, task.step_length, task.margins.nosing)
-        except GaitoptError:
-            raise
-        except Exception as error:
-            told = failure(error, task.terrain)
-            raise InputError(f"the terrain '{task.terrain.name}': {told}") from error
     contexts = [
         ConstraintContext(
             robot, own, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
@@ -674,12 +675,8 @@ def _check_instants(block: ConstraintBlock, context: ConstraintContext, where: s
 
 
 def _block_of(constraint: Constraint, context: ConstraintContext, where: str) -> ConstraintBlock:
-    try:
+    with own_code(constraint, f"{where} cannot make its rows"):
         return constraint.block(context)
-    except GaitoptError:
-        raise
-    except Exception as error:
-        raise InputError(f"{where} cannot make its rows: {failure(error, constraint)}") from error
 
 
 _BESIDE = 1e-6  # share of a step: so near that an instant chosen as the nearest would change

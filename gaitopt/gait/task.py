@@ -21,7 +21,7 @@ from gaitopt.gait.constraint import (
     check_declaration,
     check_relaxation,
     declared_margins,
-    failure,
+    own_code,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
@@ -485,10 +485,8 @@ def _check_terrain(terrain: object) -> None:
     if not isinstance(terrain, Terrain):
         raise InputError(f"terrain is {shown(terrain)}; give one, as Stairs(0.1)")
     check_declaration(terrain, "name")
-    try:
+    with own_code(terrain, f"the terrain '{terrain.name}'"):
         down: Any = terrain.down
-    except Exception as error:
-        raise InputError(f"the terrain '{terrain.name}': {failure(error, terrain)}") from error
     three = isinstance(down, tuple) and len(down) == len(LEVEL) and all(map(is_finite, down))
     if not (three and abs(math.hypot(*down) - 1.0) < SAME and -down[2] >= math.cos(STEEPEST)):
         raise InputError(

@@ -383,11 +383,10 @@ class GridLevel:
         """
         (k,) = (n for n, (a, b) in enumerate(zip(point, origin, strict=True)) if a != b)
         if self.coarser is None:
-            return [origin] + [
-                q for q in self.inner(origin)
-                if (q[k] - origin[k]) * (origin[k] - point[k]) > 0
-                and (*q[:k], *q[k + 1 :]) == (*origin[:k], *origin[k + 1 :])
-            ]  # fmt: skip
+            rest = (*origin[:k], *origin[k + 1 :])
+            beyond = [q for q in self.inner(origin) if (*q[:k], *q[k + 1 :]) == rest]
+            away = [q for q in beyond if (q[k] - origin[k]) * (origin[k] - point[k]) > 0]
+            return [origin, *away]
         others = [n for n in range(len(point)) if n != k]
         nodes = self.nodes[k]
         if all(point[n] in self.coarser[n] for n in others):
