@@ -13,7 +13,8 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 python3 -m venv "$work/env"
-"$work/env/bin/pip" install --quiet --disable-pip-version-check dartpy==6.20.0 mujoco==4.0.0 numpy
+"$work/env/bin/pip" install --quiet --disable-pip-version-check dartpy==6.20.0 mujoco==4.0.0 \
+  numpy==2.4.6
 cd "$work"
 cat > leg.xml <<'XML'
 <mujoco model="leg">

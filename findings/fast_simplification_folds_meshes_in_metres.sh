@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Version:  fast-simplification 0.2.0 (quadric edge collapse, as PyVista and trimesh use it), numpy
+# Version:  fast-simplification 0.2.0 (quadric edge collapse, as PyVista and trimesh use it), numpy 2.4.6
 # Does:     the same closed mesh, asked for the same number of triangles, comes back whole when its
 #           coordinates are large numbers and folded over when they are small: its thresholds for a
 #           collapse are absolute. A ball of 5 cm given in metres, as robots' meshes are, has one in
@@ -13,7 +13,7 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 python3 -m venv "$work/env"
-"$work/env/bin/pip" install --quiet --disable-pip-version-check fast-simplification==0.2.0 'numpy<3'
+"$work/env/bin/pip" install --quiet --disable-pip-version-check fast-simplification==0.2.0 numpy==2.4.6
 "$work/env/bin/python" - <<'PY'
 import fast_simplification
 import numpy as np

@@ -12,7 +12,7 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 python3 -m venv "$work/env"
-"$work/env/bin/pip" install --quiet --disable-pip-version-check sapien==3.0.3 numpy
+"$work/env/bin/pip" install --quiet --disable-pip-version-check sapien==3.0.3 numpy==2.4.6
 cd "$work"
 cat > leg.py <<'PY'
 BODY = """<inertial><origin xyz="0.05 0 -0.2"/><mass value="3"/>

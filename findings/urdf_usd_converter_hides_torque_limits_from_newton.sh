@@ -16,10 +16,10 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 for name in convert read; do python3 -m venv "$work/$name"; done
-"$work/convert/bin/pip" install --quiet --disable-pip-version-check --only-binary tinyobjloader \
-  urdf-usd-converter==0.3.4 newton-usd-schemas==0.6.0
+"$work/convert/bin/pip" install --quiet --disable-pip-version-check urdf-usd-converter==0.3.4 \
+  newton-usd-schemas==0.6.0 usd-exchange==3.0.1 tinyobjloader==2.0.0rc13 numpy==2.4.6
 "$work/read/bin/pip" install --quiet --disable-pip-version-check newton==1.8.0 warp-lang==1.19.0 usd-core==26.11 \
-  newton-usd-schemas==0.6.0
+  newton-usd-schemas==0.6.0 numpy==2.4.6
 cd "$work"
 cat > leg.urdf <<'XML'
 <robot name="leg">
