@@ -25,7 +25,7 @@ from gaitopt.errors import EvaluationError, InputError
 from gaitopt.escape import html_text
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.model.legs.overrides import TORSO
+from gaitopt.model.overrides import TORSO
 from gaitopt.model.robot import Robot
 from gaitopt.view.animation import Scene, build_scene
 from gaitopt.view.live_server import Message, Slider, serve

@@ -26,7 +26,7 @@ from gaitopt.gait.costs import motors_replaced
 from gaitopt.gait.result import Gait, robot_of
 from gaitopt.gait.task import Task, task_from_record
 from gaitopt.importers.text_files import read_text
-from gaitopt.model.legs.overrides import without_armature
+from gaitopt.model.overrides import without_armature
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Status, Stop, never
 

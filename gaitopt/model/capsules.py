@@ -23,11 +23,11 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source
-from gaitopt.model.feet.sole_detection import Points, box_points, placed_shapes
 from gaitopt.model.import_options import CapsuleRow
 from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.legs.kinematic_tree import points_on_lines, pose_model
+from gaitopt.model.kinematic_tree import points_on_lines, pose_model
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole_detection import Points, box_points, placed_shapes
 from gaitopt.nlp import Array
 
 DEFAULT_RADIUS = 0.05

@@ -23,7 +23,7 @@ from gaitopt.model.joint_tree import (
     reroot,
     reversed_joints,
 )
-from gaitopt.model.legs.leg_geometry import (
+from gaitopt.model.leg_geometry import (
     ChainLines,
     centre,
     common_point,

@@ -17,7 +17,7 @@ from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.importers.report import Finding, How
 from gaitopt.model.import_options import GRAVITY_WORDS, LEAST_GRAVITY, MOST_GRAVITY, ImportOptions
 from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.legs.kinematic_tree import joint_slides
+from gaitopt.model.kinematic_tree import joint_slides
 from gaitopt.model.symmetry import REFLECTION
 from gaitopt.nlp import Array
 from gaitopt.units import motion_words

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import LEAST_MULTIPLIER, Tie, real_roots
-from gaitopt.model.legs.joint_limits import JointLimits
+from gaitopt.model.joint_limits import JointLimits
 from gaitopt.nlp import Array
 
 _SAME = 1e-9  # of coefficients of ties [rad]: those of two legs are written alike

@@ -30,21 +30,20 @@ from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.chain_physics import armature_findings, loop_findings
 from gaitopt.model.coupling import couple
-from gaitopt.model.feet.sole_detection import FootShape, FoundSole, find_sole, foot_points
-from gaitopt.model.feet.sole_frames import Soles, choose_soles, placement_numbers
-from gaitopt.model.feet.stance import Stance, flat_stance, legs_at_zero, level_feet, standing_legs
+from gaitopt.model.heading import Heading, axis_name, find_heading, leg_lines
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions, LimitOverride
-from gaitopt.model.legs.heading import Heading, axis_name, find_heading, leg_lines
-from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
-from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, PosedModel, pose_model
-from gaitopt.model.legs.leg_detection import (
+from gaitopt.model.joint_limits import JointLimits, joint_limits
+from gaitopt.model.kinematic_tree import LOOP, LegJoints, PosedModel, pose_model
+from gaitopt.model.leg_detection import (
     LegPair,
     number_word,
     speaks_for_other_side,
     standing_side,
 )
-from gaitopt.model.legs.leg_geometry import missing_joints
-from gaitopt.model.legs.overrides import (
+from gaitopt.model.leg_geometry import missing_joints
+from gaitopt.model.linkage import Linkage
+from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
+from gaitopt.model.overrides import (
     add_payloads,
     loaded_joints,
     override,
@@ -52,17 +51,18 @@ from gaitopt.model.legs.overrides import (
     without_armature,
     without_mended,
 )
-from gaitopt.model.legs.reference_posture import (
+from gaitopt.model.proportions import change_feet, proportioned
+from gaitopt.model.reference_posture import (
     reference_angles,
     reference_configuration,
     rotor_armatures,
     with_ties,
 )
-from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
-from gaitopt.model.linkage import Linkage
-from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
-from gaitopt.model.proportions import change_feet, proportioned
+from gaitopt.model.sole_detection import FootShape, FoundSole, find_sole, foot_points
+from gaitopt.model.sole_frames import Soles, choose_soles, placement_numbers
+from gaitopt.model.stance import Stance, flat_stance, legs_at_zero, level_feet, standing_legs
 from gaitopt.model.symmetry import Symmetrised, leg_exchange
+from gaitopt.model.upper_body import Pairs, moving_joints, moving_pairs
 from gaitopt.nlp import Array
 
 _LEAST_LISTED_EFFECT = 1e-5  # effect: differences that matter less are counted

@@ -23,7 +23,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, LoopFrames
 from gaitopt.importers.report import Finding, listed
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, joint_slides
+from gaitopt.model.kinematic_tree import LOOP, LegJoints, joint_slides
 from gaitopt.model.linkage import MOST_JOINTS, OPEN, Linkage, LoopClosure, Point, Rod, first_fault
 from gaitopt.nlp import Array
 from gaitopt.units import motion_words

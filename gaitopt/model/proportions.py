@@ -19,7 +19,6 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import rigid_body
 from gaitopt.importers.report import Finding
-from gaitopt.model.feet.sole_frames import Soles
 from gaitopt.model.import_options import (
     ANKLE_HEIGHT,
     FOOT,
@@ -29,8 +28,9 @@ from gaitopt.model.import_options import (
     TRUNK,
     PartChange,
 )
-from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, points_on_lines
-from gaitopt.model.legs.leg_geometry import centre, find_knee, hip_and_ankle
+from gaitopt.model.kinematic_tree import LegJoints, PosedModel, points_on_lines
+from gaitopt.model.leg_geometry import centre, find_knee, hip_and_ankle
+from gaitopt.model.sole_frames import Soles
 from gaitopt.nlp import Array
 
 _LEAST = 0.1  # of a length or mass of the file: what must be left of it

@@ -23,12 +23,12 @@ from gaitopt.model.chain_physics import ChainPhysics
 from gaitopt.model.coupling import Coupling, couple
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
+from gaitopt.model.joint_limits import JointLimits
 from gaitopt.model.joint_tree import JointTree, joint_tree
-from gaitopt.model.legs.joint_limits import JointLimits
-from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
-from gaitopt.model.legs.reference_posture import posture_doubts
+from gaitopt.model.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.model.linkage import Linkage
 from gaitopt.model.multibody import Multibody, multibody
+from gaitopt.model.reference_posture import posture_doubts
 from gaitopt.model.scales import Scales
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array

@@ -24,7 +24,7 @@ import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.pinocchio_model import rigid_body
-from gaitopt.model.legs.kinematic_tree import angle_between, pose_model, turn_onto
+from gaitopt.model.kinematic_tree import angle_between, pose_model, turn_onto
 from gaitopt.nlp import Array
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up

@@ -20,8 +20,8 @@ from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source
 from gaitopt.model.import_options import SIDES, ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
-from gaitopt.model.legs.joint_limits import JointLimits
-from gaitopt.model.legs.kinematic_tree import pose_model
+from gaitopt.model.joint_limits import JointLimits
+from gaitopt.model.kinematic_tree import pose_model
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.view.page_parts import Section

@@ -14,7 +14,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.errors import RobotError
 from gaitopt.escape import filled_template, html_text
 from gaitopt.model.importer import ImportedRobot
-from gaitopt.model.legs.kinematic_tree import pose_model
+from gaitopt.model.kinematic_tree import pose_model
 from gaitopt.nlp import Array
 from gaitopt.view.inspection import Inspection, inspection_tables
 from gaitopt.view.page_parts import Page, table_text

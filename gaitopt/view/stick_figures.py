@@ -17,8 +17,8 @@ from gaitopt.gait.result import ContactPhase, Gait, Recorded, recorded_choices
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source
-from gaitopt.model.legs.reference_posture import reference_configuration
 from gaitopt.model.multibody import Multibody
+from gaitopt.model.reference_posture import reference_configuration
 from gaitopt.nlp import Array
 
 _TRUNK_TO_LEG = 0.9  # trunk length over leg length, where the model does not show the trunk

@@ -14,7 +14,7 @@ from gaitopt.gait.initial_guess import flat_feet_gap
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride
-from gaitopt.model.legs.leg_geometry import (
+from gaitopt.model.leg_geometry import (
     common_point,
     find_knee,
     hip_and_ankle,

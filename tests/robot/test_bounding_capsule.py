@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt.model.capsules import bounding_capsule, farthest_centre, smallest_circle
-from gaitopt.model.feet.sole_detection import Points, points_of
+from gaitopt.model.sole_detection import Points, points_of
 
 fast = settings(deadline=None, derandomize=True, max_examples=100)
 numbers = st.floats(-1.0, 1.0).map(lambda v: round(v, 2))

@@ -8,10 +8,10 @@ from reference_cases import biped
 from urdf_edits import edited_urdf
 
 from gaitopt.model.capsules import DEFAULT_RADIUS, bar_radius, leg_capsules
-from gaitopt.model.feet.sole_detection import points_of
 from gaitopt.model.import_options import PartChange
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
+from gaitopt.model.sole_detection import points_of
 
 SOLE = Sole(toe=0.0, heel=-0.214, left=0.068, right=-0.068)
 

@@ -15,7 +15,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import import_robot
-from gaitopt.model.legs.leg_detection import speaks_for_other_side
+from gaitopt.model.leg_detection import speaks_for_other_side
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
 from gaitopt.view.inspection import inspect_robot, inspection_tables

@@ -12,7 +12,7 @@ from urdf_edits import edited_urdf, joint
 from gaitopt.errors import RobotError
 from gaitopt.model.capsules import leg_capsules
 from gaitopt.model.import_options import ImportOptions, LimitOverride
-from gaitopt.model.legs.kinematic_tree import points_on_lines
+from gaitopt.model.kinematic_tree import points_on_lines
 from gaitopt.model.robot import Robot
 
 PARTS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")

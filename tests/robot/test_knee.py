@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitopt.model.legs.leg_geometry import Knee, find_knee
+from gaitopt.model.leg_geometry import Knee, find_knee
 
 quick = settings(deadline=None, derandomize=True, max_examples=30)
 

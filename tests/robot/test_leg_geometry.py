@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numerics import relative_error
 from urdf_edits import edited_urdf, joint
 
-from gaitopt.model.legs.leg_geometry import common_point
+from gaitopt.model.leg_geometry import common_point
 from gaitopt.model.robot import Robot
 
 quick = settings(deadline=None, derandomize=True, max_examples=25)

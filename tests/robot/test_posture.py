@@ -10,7 +10,7 @@ from urdf_edits import add_arm, edited_urdf, joint
 from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions, LimitOverride
-from gaitopt.model.legs.reference_posture import reference_angles, rotor_armatures
+from gaitopt.model.reference_posture import reference_angles, rotor_armatures
 from gaitopt.model.robot import Robot
 
 POSES = """<robot name="biped13"><group_state name="{name}" group="all">

@@ -11,10 +11,10 @@ from numerics import relative_error
 from urdf_edits import edited_urdf, joint, link, set_limit
 
 from gaitopt.errors import RobotError
-from gaitopt.model.feet.sole_detection import sole_normal
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
+from gaitopt.model.sole_detection import sole_normal
 
 FOOT = "type='box' size='0.107 0.068 0.02' pos='0.03 0 -0.085'"
 

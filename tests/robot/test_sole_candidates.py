@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial import ConvexHull
 from urdf_edits import edited_urdf, joint, link
 
-from gaitopt.model.feet.sole_detection import largest_rectangle
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
+from gaitopt.model.sole_detection import largest_rectangle
 
 DROP = 0.105  # m from the ankle to the sole
 

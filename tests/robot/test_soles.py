@@ -20,15 +20,15 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
-from gaitopt.model.feet.sole_detection import (
+from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.sole import Sole
+from gaitopt.model.sole_detection import (
     convex_polygon,
     find_sole,
     foot_points,
     hull_faces,
     largest_rectangle,
 )
-from gaitopt.model.import_options import ImportOptions
-from gaitopt.model.sole import Sole
 
 FOOT = """<robot name='foot'>
 <link name='base'/><link name='foot'>

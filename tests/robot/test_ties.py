@@ -16,7 +16,7 @@ from gaitopt.importers.physics import Tie, tied_to, ties_to_masters
 from gaitopt.importers.reader import read_source
 from gaitopt.model.coupling import couple
 from gaitopt.model.import_options import SIDES, ImportOptions, Payload
-from gaitopt.model.legs.joint_limits import JointLimits
+from gaitopt.model.joint_limits import JointLimits
 from gaitopt.model.robot import Robot
 
 

@@ -11,16 +11,9 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source
-from gaitopt.model.feet.sole_detection import (
-    MOST_TILTED,
-    FootShape,
-    foot_points,
-    lowest_face,
-    sole_normal,
-)
+from gaitopt.model.heading import axis_vector, leg_lines
 from gaitopt.model.import_options import SIDES, ImportOptions
-from gaitopt.model.legs.heading import axis_vector, leg_lines
-from gaitopt.model.legs.kinematic_tree import (
+from gaitopt.model.kinematic_tree import (
     LegJoints,
     PosedModel,
     angle_between,
@@ -28,7 +21,7 @@ from gaitopt.model.legs.kinematic_tree import (
     turn_onto,
     unit,
 )
-from gaitopt.model.legs.leg_detection import (
+from gaitopt.model.leg_detection import (
     LegPair,
     axes_apart,
     find_legs,
@@ -36,7 +29,14 @@ from gaitopt.model.legs.leg_detection import (
     named_feet,
     no_up,
 )
-from gaitopt.model.legs.leg_geometry import centre
+from gaitopt.model.leg_geometry import centre
+from gaitopt.model.sole_detection import (
+    MOST_TILTED,
+    FootShape,
+    foot_points,
+    lowest_face,
+    sole_normal,
+)
 from gaitopt.nlp import Array
 
 _NEARLY_FLAT = 0.05  # rad: feet turned by less between two postures are flat in both

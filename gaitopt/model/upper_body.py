@@ -14,7 +14,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import Tie, tied_to
 from gaitopt.model.import_options import matching
-from gaitopt.model.legs.kinematic_tree import (
+from gaitopt.model.kinematic_tree import (
     LOOP,
     UNDRIVEN,
     LegJoints,

@@ -13,7 +13,7 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import Source
-from gaitopt.model.legs.kinematic_tree import angle_between
+from gaitopt.model.kinematic_tree import angle_between
 from gaitopt.model.scales import REACH
 from gaitopt.model.sole import Sole, tidy
 from gaitopt.nlp import Array

@@ -10,9 +10,9 @@ import numpy as np
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.model.import_options import AXES, Axis
-from gaitopt.model.legs.kinematic_tree import PosedModel
-from gaitopt.model.legs.leg_detection import axes_apart
-from gaitopt.model.legs.leg_geometry import common_point, find_knee, hip_and_ankle
+from gaitopt.model.kinematic_tree import PosedModel
+from gaitopt.model.leg_detection import axes_apart
+from gaitopt.model.leg_geometry import common_point, find_knee, hip_and_ankle
 from gaitopt.model.scales import REACH
 from gaitopt.nlp import Array
 

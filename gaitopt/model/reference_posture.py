@@ -15,7 +15,7 @@ from gaitopt.importers.pinocchio_model import joint_coordinate, put_joint
 from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.text_files import read_text
 from gaitopt.model.import_options import UNUSED_SRDF, ImportOptions
-from gaitopt.model.legs.overrides import override
+from gaitopt.model.overrides import override
 from gaitopt.nlp import Array
 from gaitopt.units import read_number
 

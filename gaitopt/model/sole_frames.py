@@ -16,11 +16,11 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshProblem
 from gaitopt.importers.report import Finding, How
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.feet.sole_detection import FoundSole, Rectangle, common_rectangle
-from gaitopt.model.feet.stance import Stance
 from gaitopt.model.import_options import ImportOptions, Placement
 from gaitopt.model.scales import REACH
 from gaitopt.model.sole import Sole
+from gaitopt.model.sole_detection import FoundSole, Rectangle, common_rectangle
+from gaitopt.model.stance import Stance
 from gaitopt.model.symmetry import mirror_placement
 from gaitopt.nlp import Array
 

@@ -14,8 +14,8 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import Finding
-from gaitopt.model.legs.joint_limits import JointLimits
-from gaitopt.model.legs.kinematic_tree import points_on_lines
+from gaitopt.model.joint_limits import JointLimits
+from gaitopt.model.kinematic_tree import points_on_lines
 from gaitopt.nlp import Array
 
 NEEDED_JOINTS = ("hip pitch", "knee", "ankle pitch")

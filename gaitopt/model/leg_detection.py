@@ -19,7 +19,7 @@ import pinocchio as pin
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions
-from gaitopt.model.legs.kinematic_tree import (
+from gaitopt.model.kinematic_tree import (
     LEAST_MASS,
     UNDRIVEN,
     LegJoints,
@@ -32,7 +32,7 @@ from gaitopt.model.legs.kinematic_tree import (
     own_joints,
     unit,
 )
-from gaitopt.model.legs.leg_geometry import NEEDED_JOINTS, hip_and_ankle, missing_joints
+from gaitopt.model.leg_geometry import NEEDED_JOINTS, hip_and_ankle, missing_joints
 from gaitopt.model.scales import REACH
 from gaitopt.nlp import Array
 

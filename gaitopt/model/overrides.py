@@ -20,8 +20,8 @@ from gaitopt.model.import_options import (
     Payload,
     matching,
 )
-from gaitopt.model.legs.kinematic_tree import LegJoints, joint_slides
-from gaitopt.model.legs.leg_detection import joint_count
+from gaitopt.model.kinematic_tree import LegJoints, joint_slides
+from gaitopt.model.leg_detection import joint_count
 from gaitopt.units import motion_words
 
 _ATTRIBUTES = {

@@ -1,1 +1,0 @@
-"""The two legs in a robot: found, named, measured and limited."""
