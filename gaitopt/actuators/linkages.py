@@ -337,11 +337,9 @@ def _shares(closure: LoopClosure, q: Array) -> list[Series]:
 
 
 def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[Series, Series]:
-    """Return the angle of a motor, 0 where all joints are at 0, and the cosine of `Reach`.
-
-    With d from the motor's axis to the rod's end, A and B along the crank at 0 and across, the
-    closure is A cos(theta) + B sin(theta) = C, so that theta = atan2(B, A) -+ acos(C / |A, B|).
-    """
+    """Return the angle of a motor, 0 where all joints are at 0, and the cosine of `Reach`."""
+    # With d from the motor's axis to the rod's end, A and B along the crank at 0 and across, the
+    # closure is A cos(theta) + B sin(theta) = C, so that theta = atan2(B, A) -+ acos(C / |A, B|).
     centre, end = np.array(rod.crank_centre), np.array(rod.crank_end)
     axis = np.array(rod.crank_axis) / np.linalg.norm(rod.crank_axis)
     centre = centre + axis * (axis @ (end - centre))

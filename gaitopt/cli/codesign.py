@@ -372,10 +372,7 @@ def _first(
 
 
 def _write_robot(study: Study, values: Mapping[str, float], directory: Path) -> list[str]:
-    """Write the robot that was found; return the names of the files.
-
-    For --spec, or, of a file, for --choices; and for --motors where ratios were chosen.
-    """
+    """Write the robot that was found, and its motors if chosen; return the names of the files."""
     names, drives = [SPEC if isinstance(study.spec, BipedSpec) else CHOICES], study.drives(values)
     own = {name: value for name, value in values.items() if geared_joints(name) is None}
     if isinstance(study.spec, BipedSpec):

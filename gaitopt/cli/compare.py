@@ -117,8 +117,9 @@ def _finite(value: float, form: str) -> str:
 
 
 def _write(runs: Sequence[Solution], output: Path) -> None:
-    from gaitopt.view.comparison_figures import write_convergence_figure
+    from gaitopt.view.comparison_figures import convergence_figure
+    from gaitopt.view.figure_style import write_figure
 
     make_directory(output)
     write_record({"solvers": [run_record(one) for one in runs]}, output / RECORD)
-    write_convergence_figure(runs, output / FIGURE)
+    write_figure(output / FIGURE, lambda: convergence_figure(runs))

@@ -359,11 +359,7 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
 
 
 def _as_typed(name: str, value: object) -> object:
-    """Return an entry of the section as it would be typed: tables by name, lists with commas.
-
-    speeds = [0.4, 0.6] is --speeds 0.4,0.6; grid = {duration = "0.3:0.5:0.1"} is --grid
-    duration=0.3:0.5:0.1; begin = {speed = 0.7} is --begin speed=0.7.
-    """
+    """Return an entry of the section as it would be typed: tables by name, lists with commas."""
     if name == "speeds":
         return _values(value)
     if name in ("grid", "begin") and isinstance(value, Mapping):

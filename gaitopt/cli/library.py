@@ -72,12 +72,14 @@ def _show(asked: LibraryOptions) -> None:
         return
     rows = [selected(library.rows, asked.where) for library in libraries]
     if plot is not None:
-        from gaitopt.view.comparison_figures import write_library_figure
+        from gaitopt.view.comparison_figures import library_figure
+        from gaitopt.view.figure_style import write_figure
 
         labels = [""] if len(libraries) == 1 else [str(directory) for directory in directories]
         if libraries[0].cost != libraries[-1].cost:
             raise InputError("the libraries are of different costs; draw them one by one")
-        write_library_figure(dict(zip(labels, rows, strict=True)), axes, plot, libraries[0].cost)
+        drawn = dict(zip(labels, rows, strict=True))
+        write_figure(plot, lambda: library_figure(drawn, axes, libraries[0].cost))
         out.print(f"wrote {plot}")
     elif len(libraries) == 1:
         out.print(library_table(libraries[0], rows[0], names, out.width))

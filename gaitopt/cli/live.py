@@ -152,11 +152,9 @@ class LiveWalk:
         return (*own, f"{load:g}kg@{TORSO}") if load > 0.0 else own
 
     def _given(self, settings: Mapping[str, float]) -> Settings:
-        """Return the settings of the command line with those of the sliders.
-
-        A slider at its beginning is left out where that is what the settings give without it: some
-        defaults follow others, as the duration of a step follows the speed.
-        """
+        """Return the settings of the command line with those of the sliders."""
+        # A slider at its beginning is left out where that is what the settings give without it:
+        # some defaults follow others, as the duration of a step follows the speed.
         own = [one for one in self.sliders if one.name != LOAD]
         moved = {one.name: settings[one.name] for one in own if settings[one.name] != one.value}
         given = {**self._request.settings, **moved}

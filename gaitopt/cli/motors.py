@@ -225,7 +225,7 @@ def run_requirements(asked: RequirementsOptions) -> None:
     if output is not None:
         _check_suffix(output)
     if figure is not None:
-        from gaitopt.view.figure_style import kind_of
+        from gaitopt.view.figure_style import kind_of, write_figure
 
         kind_of(figure)
     table = None if asked.motors is None else read_motors(asked.motors)
@@ -259,9 +259,10 @@ def run_requirements(asked: RequirementsOptions) -> None:
     if output is not None:
         out.print(f"wrote {_write(each, worst, output, uses)}", soft_wrap=True)
     if figure is not None:
-        from gaitopt.view.comparison_figures import write_torque_speed_figure
+        from gaitopt.view.comparison_figures import torque_speed_figure
 
-        out.print(f"wrote {write_torque_speed_figure(loops, figure, table)}", soft_wrap=True)
+        written = write_figure(figure, lambda: torque_speed_figure(loops, table))
+        out.print(f"wrote {written}", soft_wrap=True)
 
 
 def _loops(paths: Sequence[Path], table: MotorTable | None) -> dict[str, list[MotorLoop]]:

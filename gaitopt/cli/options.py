@@ -197,11 +197,7 @@ def _read(settings: Iterable[Setting], given: Mapping[str, Any]) -> dict[str, An
 
 
 def _keep_inputs(known: Iterable[Setting], given: Mapping[str, Any]) -> None:
-    """Check that no file which a command is to write is one that it reads.
-
-    Raises:
-        InputError: one is; it would be gone, and what was asked could not be asked again.
-    """
+    """Refuse to write a file that is read: what was asked could not be asked again."""
     files = [one for one in known if one.kind in (FILE, FILES) and one.name in given]
     read = [
         (one, path)
@@ -226,10 +222,7 @@ def _keep_inputs(known: Iterable[Setting], given: Mapping[str, Any]) -> None:
 
 
 class _QuickHelp:
-    """Mixed into commands: an option --help that was not given is not made ready to be read.
-
-    Typer would load Pydantic for that, which takes longer than NumPy.
-    """
+    """Mixed into commands: help that was not asked for loads no Pydantic, slower than NumPy."""
 
     def get_help_option(self, ctx: Any) -> Any:
         """Return the option, with a quicker way where it was not given."""

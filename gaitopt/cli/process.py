@@ -233,20 +233,13 @@ _STANDARD = 3  # descriptors: stdin, stdout, stderr
 
 
 class _PipeStream(io.RawIOBase):
-    """A descriptor; what nobody reads any more is dropped.
-
-    Args of the constructor: the descriptor, and whether every failure is passed over.
-    """
+    """A descriptor; what nobody reads any more is dropped, and all that fails if it is lenient."""
 
     def __init__(self, descriptor: int, lenient: bool) -> None:
         self._descriptor, self._lenient, self._open = descriptor, lenient, True
 
     def write(self, data: object) -> int:
-        """Write bytes; return how many were taken.
-
-        Raises:
-            InputError: they cannot be written, though somebody would read them.
-        """
+        """Write bytes, return how many were taken; raise InputError if somebody would read them."""
         view = memoryview(data).cast("B")  # type: ignore[arg-type]
         if not self._open:
             return len(view)

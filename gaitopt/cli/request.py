@@ -429,11 +429,9 @@ def make_solver(settings: Settings) -> Solver:
 
 
 def _merged(config: Settings, given: Settings) -> Settings:
-    """Return the settings of both; those of the command line win, tables and limits add up.
-
-    A robot given there replaces everything about the robot of the file, choices its limits, and a
-    quantity is free or fixed as the command line says.
-    """
+    """Return the settings of both; those of the command line win, tables and limits add up."""
+    # A robot given there replaces everything about the robot of the file, choices its limits, and a
+    # quantity is free or fixed as the command line says.
     if any(name in given for name in ROBOTS):
         config = {k: v for k, v in config.items() if k not in SCHEMA["robot"]}
     if "choices" in given:

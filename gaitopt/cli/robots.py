@@ -54,9 +54,10 @@ def inspect(settings: Settings, asked: InspectOptions) -> None:
         if one.linkage in linkages:
             out.print(f"{table}: motors turn {', '.join(one.names)}", soft_wrap=True)
     if html is not None:
-        from gaitopt.view.inspection_page import write_inspection
+        from gaitopt.view.inspection_page import inspection_text
 
-        out.print(f"wrote {write_inspection(found, html)}", soft_wrap=True)
+        written = write_atomically(html, inspection_text(found).encode())
+        out.print(f"wrote {written}", soft_wrap=True)
     if write_choices is not None and found.choices is not None:
         write_atomically(write_choices, choices_text(found.choices).encode())
         out.print(

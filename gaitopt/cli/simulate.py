@@ -11,7 +11,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from gaitopt.atomic import make_directory, taken_by
+from gaitopt.atomic import make_directory, taken_by, write_atomically
 from gaitopt.cli.command_options import SimulateOptions
 from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.process import ExitCode
@@ -32,7 +32,7 @@ from gaitopt.simulate.stability import Stability, stability
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
 from gaitopt.simulate.whole_body import whole_body_walks
 from gaitopt.view.animation import Replay, ShownPush
-from gaitopt.view.page import write_simulated_page
+from gaitopt.view.page import simulated_page
 from gaitopt.view.page_parts import Section
 
 FRAMES = 30.0  # Hz, of the postures that are kept for them
@@ -84,7 +84,8 @@ def _write_views(
 ) -> Iterator[Path]:
     """Write the page and the video that are wanted; each path is told as it is written."""
     if page is not None:
-        yield write_simulated_page(gait, shown, map(_section, tables), page)
+        text = simulated_page(gait, shown, map(_section, tables))
+        yield write_atomically(page, text.encode())
     if video is not None:
         from gaitopt.view.video import write_video
 

@@ -21,7 +21,7 @@ from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.stride import Steps, Stride
 from gaitopt.gait.task import task_record
 from gaitopt.gait.terrain import Level, ground_record
-from gaitopt.model.capsules import arm_capsule_rows, capsule_rows
+from gaitopt.model.capsules import arm_capsules, capsule_rows, leg_capsules
 from gaitopt.model.import_options import ImportOptions, choices_record, matching
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import centre_of_pressure
@@ -237,8 +237,8 @@ def _choices(problem: WalkProblem) -> ImportOptions:
     robot = problem.robot
     margins = problem.task.margins
     return robot.choices.over(
-        capsules=None if margins.leg_gap is None else capsule_rows(robot),
-        arm_capsules=None if margins.arm_gap is None else arm_capsule_rows(robot),
+        capsules=None if margins.leg_gap is None else capsule_rows(leg_capsules(robot)),
+        arm_capsules=None if margins.arm_gap is None else capsule_rows(arm_capsules(robot)),
     )
 
 

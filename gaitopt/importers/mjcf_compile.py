@@ -216,10 +216,7 @@ def _without_pictures(spec: Any) -> None:
 
 
 def _without_scene(spec: Any) -> tuple[tuple[str, ...], frozenset[str]]:
-    """Take away the contact pairs with geoms of the scene that includes the robot's file.
-
-    Return names of those geoms, and of the robot's that touch them.
-    """
+    """Take away contact pairs with geoms of another file; return their names, and those of ours."""
     own = {geom.name for geom in spec.geoms}
     scene: dict[str, None] = {}
     touching = set()
@@ -235,14 +232,9 @@ def _without_scene(spec: Any) -> tuple[tuple[str, ...], frozenset[str]]:
 def _place_meshes(
     mujoco: ModuleType, spec: Any, tree: XmlTree, paths: MeshPaths
 ) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Give every mesh that MuJoCo must read its path, and every other one a stand-in.
-
-    Most meshes are there to be seen or touched; MuJoCo would spend seconds on their hulls. Return
-    by name of the mesh its file, from the directory of the robot's file, and the files lost.
-
-    Raises:
-        RobotError: a mass depends on a lost file.
-    """
+    """Give meshes their paths, or stand-ins; return files by mesh, and those that are lost."""
+    # Most meshes are there to be seen or touched; MuJoCo would spend seconds on their hulls.
+    # Refused is a lost file on which a mass depends.
     files: dict[str, str] = {}
     lost: dict[str, str] = {}
     idle: set[str] = set()
@@ -321,10 +313,8 @@ def _meshes(
 
 
 def _corners(model: Any, mesh: int) -> tuple[Array, Array]:
-    """Return corners [m] (n, 3), where the file has them, and triangles (m, 3) of a mesh.
-
-    MuJoCo moves meshes onto their principal axes.
-    """
+    """Return corners [m] (n, 3), where the file has them, and triangles (m, 3) of a mesh."""
+    # MuJoCo moves meshes onto their principal axes.
     first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     place = se3(pose(model.mesh_pos[mesh], model.mesh_quat[mesh]))
     corners = np.array(model.mesh_vert[first : first + count], dtype=float)
@@ -438,10 +428,8 @@ def _refusal(message: str, tree: XmlTree) -> RobotError:
 
 
 def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element | None:
-    """Return the element that a message is about, None if it cannot be told.
-
-    MuJoCo knows no lines of elements that an included file includes or holds, and says 0.
-    """
+    """Return the element that a message is about, None if it cannot be told."""
+    # MuJoCo knows no lines of elements that an included file includes or holds, and says 0.
     tag, name, line = (parts.get(key) for key in ("tag", "name", "line"))
     quoted = {name, *re.findall(r"'([^']+)'", words)} - {None, ""}
     found = [e for e in tree.root.iter() if tag in (None, e.tag)]

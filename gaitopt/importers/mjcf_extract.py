@@ -627,10 +627,8 @@ class _Extraction:
         )
 
     def _gravcomp(self, body: int) -> float:
-        """Return the compensation of a body's weight; none where motors are what compensates it.
-
-        MuJoCo counts negative ones only beside one that is positive.
-        """
+        """Return the compensation of a body's weight; none where motors are what compensates it."""
+        # MuJoCo counts negative ones only beside one that is positive.
         carriers = (j for b in self.compiled.ancestors(body) for j in self.compiled.joints(b))
         if any(self.model.jnt_actgravcomp[j] for j in carriers):
             return 0.0

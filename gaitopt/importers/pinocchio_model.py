@@ -161,10 +161,8 @@ def refuse_unsound(model: pin.Model, problems: Iterable[FileProblem]) -> None:
 
 
 def _refuse_idle(model: pin.Model) -> None:
-    """Refuse a joint that moves no mass: no torque is right for it, and nothing can be solved.
-
-    Seen with all joints bent by different angles, lest a mass just happen to lie on an axis.
-    """
+    """Refuse a joint that moves no mass: no torque is right for it, and nothing can be solved."""
+    # All joints bent by different angles, lest a mass just happen to lie on an axis.
     q = np.array(pin.neutral(model))
     q[7:] = 0.2 + 0.1 * np.arange(model.nq - 7)
     moved = np.diag(pin.crba(model, model.createData(), q))[6:]

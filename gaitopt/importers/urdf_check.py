@@ -168,13 +168,9 @@ def _read_ties(robot: Description) -> tuple[dict[str, Tie], list[FileProblem]]:
 
 
 def _joint_problems(joint: Joint) -> list[FileProblem]:
-    """Return what matters about one joint only if it is part of a leg.
-
-    Limits that readers of URDFs take differently are problems. An effort or a velocity of zero, or
-    none, is no motor in one and a motor without limit in another: it is taken as no limit. A range
-    that is empty or not given is a joint that is locked in one and turns freely in another: it is
-    refused in a leg.
-    """
+    """Return what matters about one joint only if it is part of a leg."""
+    # Limits that readers of URDFs take differently are problems: an effort or velocity of zero is
+    # no motor in one and one without limit in another, an empty range a lock or none.
     entry = joint.entry
     if joint.kind in FREE_TYPES:
         text = f"its type is {joint.kind}; only revolute joints are moved, the others are locked"
@@ -261,11 +257,8 @@ def _massless(robot: Description) -> list[FileProblem]:
 
 
 def _placeholders(robot: Description) -> list[FileProblem]:
-    """Return a problem for each inertia that many links share, and one for heavy links with none.
-
-    Bodies of one inertia have one mass, or it is a coincidence; several masses are a program's
-    default, and so is one inertia of most links.
-    """
+    """Return problems of inertias that many links share, and of heavy links with none."""
+    # Bodies of one inertia have one mass, or it is a coincidence; several masses are a default.
     groups: dict[bytes, list[Link]] = {}
     heavy = 0
     for link in robot.links.values():
@@ -354,11 +347,9 @@ def _soft_limits(robot: Description) -> list[Finding]:
 
 
 def _large_inertias(robot: Description, measure: Measure) -> list[Finding]:
-    """Return the links whose inertia no mass within their shapes, or within the robot, can have.
-
-    Masses within a box are at most half its diagonal from its middle, so that the moment about
-    their centre is at most mass times diagonal squared by four.
-    """
+    """Return the links whose inertia no mass within their shapes, or within the robot, can have."""
+    # Masses within a box are at most half its diagonal d from its middle: a moment is at most m d²
+    # / 4.
     size, mass = _size_of(robot), sum(link.mass for link in robot.links.values())
     gyration: dict[str, float] = {}
     for name, link in robot.links.items():

@@ -1,13 +1,12 @@
-"""Legs and moving arms as capsules: what keeps them from running into each other.
+"""Legs and moving arms as capsules: what keeps them from running into each other and the trunk.
 
 A capsule is all that is within a radius of a line segment. One covers everything of a body that
 the URDF shows: its collision shapes or, if it has none, its visual ones; a body without any is a
 capsule between its joints. They are found once per robot.
 
-Moving arms as capsules, and what they may run into: pelvis, waist, thighs, loads.
-
-Several capsules may cover a body, for one around a torso would reach far into arms that hang beside
-it: its shapes are cut where that makes the capsules smaller, and put together where it does not.
+Of arms, and of what they may run into (pelvis, waist, thighs, loads), several capsules may cover a
+body, for one around a torso would reach far into arms that hang beside it: its shapes are cut where
+that makes the capsules smaller, and put together where it does not.
 """
 
 from __future__ import annotations
@@ -110,9 +109,9 @@ def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
     return _capsules(_CapsuleKey.of(robot))
 
 
-def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
-    """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
-    return tuple(capsule.row for capsule in leg_capsules(robot))
+def capsule_rows(capsules: Iterable[Capsule]) -> tuple[CapsuleRow, ...]:
+    """Return capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
+    return tuple(capsule.row for capsule in capsules)
 
 
 @lru_cache(maxsize=16)
@@ -382,11 +381,6 @@ def arm_capsules(robot: Robot) -> tuple[Capsule, ...]:
     if robot.choices.arm_capsules is not None:
         return tuple(map(Capsule.of_row, robot.choices.arm_capsules))
     return _arm_capsules(_CapsuleKey.of(robot)) if arm_bodies(robot) else ()
-
-
-def arm_capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
-    """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
-    return tuple(capsule.row for capsule in arm_capsules(robot))
 
 
 @lru_cache(maxsize=16)

@@ -417,11 +417,7 @@ class Coupling:
         return kept[0][0], kept[-1][1]
 
     def _slopes(self, row: int, limits: JointLimits) -> tuple[float, float]:
-        """Return the least and the largest |f'| of a joint under limits of the free joints.
-
-        Raises:
-            RobotError: it turns back.
-        """
+        """Return the least and the largest |f'| of a joint under limits of the free joints."""
         f = Polynomial(self.coefficients[row])
         if row not in self.bent:
             return (abs(float(self.coefficients[row, 1])),) * 2

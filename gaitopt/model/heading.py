@@ -144,10 +144,8 @@ def _hip_line(legs: tuple[LegLines, LegLines], up: Array) -> Array:
 
 
 def _squarer(legs: tuple[LegLines, LegLines], axis: Array, line: Array) -> bool:
-    """Tell whether the legs look to the side along an axis of the root rather than along a line.
-
-    A hip that is a little ahead of the other one turns the line through both, not the robot.
-    """
+    """Tell whether the legs look to the side along an axis of the root rather than along a line."""
+    # A hip that is a little ahead of the other one turns the line through both, not the robot.
     if line @ axis > np.cos(_SNAP):
         return True
     first, other = (leg.axes for leg in legs)

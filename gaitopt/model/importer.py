@@ -363,11 +363,7 @@ def _moving_ties(
     apart: Mapping[str, str],
     locked: Mapping[str, str],
 ) -> tuple[dict[str, Tie], list[Finding]]:
-    """Return the ties of joints that move, and what is to be said of ties.
-
-    Raises:
-        RobotError: one of these moves.
-    """
+    """Return the ties of joints that move, and what is to be said of ties."""
     found = ties_among(ties, names)
     if wrong := [apart[name] for name in found if name in apart]:
         raise RobotError(f"posture: {'; '.join(wrong)}; leave the joints that follow out of it")
@@ -421,7 +417,7 @@ def _faces(
             return None
         ankle = stance.places[side].actInv(stance.ankles[side])
         try:
-            return find_sole(shape, stance.upright(side), ankle, stance.leg)
+            return find_sole(shape, stance.places[side].rotation.T, ankle, stance.leg)
         except RobotError:
             if told:
                 return None

@@ -181,14 +181,7 @@ def _placeholders(
 
 
 class _Sides:
-    """Limits of joints and their partners, and what is said of those that differ.
-
-    Args:
-        names: of the joints.
-        mirror: the exchange E.
-        unequal: one of `import_options.UNEQUAL`.
-        keep: joints whose limits count, None where it is the tighter ones.
-    """
+    """Limits of joints and their partners; those of the joints to `keep` count, or the tighter."""
 
     def __init__(
         self, names: tuple[str, ...], mirror: Array, unequal: str, keep: NDArray[np.bool_] | None
@@ -241,10 +234,7 @@ class _Sides:
         self.findings.append(Finding("limits", ", ".join(pair), text, "changed"))
 
     def _kept_range(self, row: int, own: _Range, its: _Range) -> _Range:
-        """Return the range that holds for the first joint of a pair; note it if none can.
-
-        A joint that is its own partner has what its range has in common with the mirrored one.
-        """
+        """Return the range that holds for the first joint of a pair; note it if none can."""
         alone = self.partner[row] == row
         if self.keep is not None and not alone:
             return own if self.keep[row] else its

@@ -198,13 +198,13 @@ def lock_upper_body(
     Raises:
         RobotError: a sole is no frame but a joint, or there is no joint of a name of `moving`.
     """
-    stance, swing = leg_joints(model, stance_sole, swing_sole)
+    stance, swing = (_supports(model, sole) for sole in (stance_sole, swing_sole))
     if unknown := [name for name in moving if not model.existJointName(name)]:
         raise RobotError(
             f"there is no joint '{unknown[0]}' to be kept moving; "
             f"{there_are(map(str, model.names[2:]), unknown[0])}"
         )
-    kept = stance | swing | {int(model.getJointId(name)) for name in moving}
+    kept = stance ^ swing | {int(model.getJointId(name)) for name in moving}
     locked = [j for j in range(2, model.njoints) if j not in kept]
     q = pin.neutral(model) if posture is None else posture
     return reduced(model, locked, q)
@@ -248,12 +248,6 @@ def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
                 False,
             )
     return rooted
-
-
-def leg_joints(model: pin.Model, stance_sole: str, swing_sole: str) -> tuple[set[int], set[int]]:
-    """Return the joints that move one sole but not the other, of the stance and the swing leg."""
-    stance, swing = (_supports(model, sole) for sole in (stance_sole, swing_sole))
-    return stance - swing, swing - stance
 
 
 def reversed_joints(model: pin.Model, stance_sole: str) -> set[str]:

@@ -265,11 +265,9 @@ def axes_apart(first: Array, other: Array, normal: Array) -> float:
 
 
 def _unequal_pair(posed: PosedModel) -> _UnequalPair | None:
-    """Return the two chains, long as legs, that nearly mirror each other, None if none do.
-
-    By name they are a pair if their joints are called the same but for left and right; without
-    that their joints must be nearly where their mirror images are.
-    """
+    """Return the two chains, long as legs, that nearly mirror each other, None if none do."""
+    # They are a pair by name if that differs in left and right alone; else joints must be near
+    # images.
     found: list[tuple[bool, int, _UnequalPair]] = []
     for legs in _leg_like(posed):
         fault = _mirror_fault(posed, legs)
@@ -313,11 +311,9 @@ def _mirror_fault(posed: PosedModel, legs: tuple[list[int], list[int]]) -> _Uneq
 
 
 def _mirror_gaps(posed: PosedModel, legs: tuple[list[int], list[int]]) -> Array:
-    """How far each joint is from its partner's mirror image, seen from the joint before [m].
-
-    The normal of the mirror plane is the line between the first joints, or an axis of the root
-    link, whichever leaves fewer joints at fault. Shape (n,).
-    """
+    """How far each joint is from its partner's image, seen from the joint before [m], (n,)."""
+    # The normal of the mirror is the line between the first joints, or an axis of the root link,
+    # whichever leaves fewer joints at fault.
     first, other = (posed.points[leg] for leg in legs)
     gap, steps = first[0] - other[0], [np.diff(points, axis=0) for points in (first, other)]
     found: list[Array] = []
@@ -341,10 +337,7 @@ def _lowest_pair(posed: PosedModel, up: Array) -> tuple[int, int] | None:
 
 
 def _without_arms(posed: PosedModel) -> list[int]:
-    """Return the leaves but for those whose joints or link have names of an arm and none of a leg.
-
-    All of them, where the others are no two legs.
-    """
+    """Return the leaves that are not named as arms; all, where those are no two legs."""
 
     def is_arm(end: int) -> bool:
         names = [str(posed.model.names[j]) for j in posed.model.supports[end] if j > 1]
@@ -405,13 +398,10 @@ def _checked(posed: PosedModel, ends: tuple[int, int], up: Array, *, trim: bool)
 
 
 def _is_toe(posed: PosedModel, leg: list[int], up: Array) -> bool:
-    """Tell whether the last joint of a leg bends the toes.
-
-    Its line is nearly parallel to that of one of the two joints before it, and passes that one at
-    a level distance, rather than below it as the ankle passes the knee. In a leg that has six
-    joints without it the distance may slope, if it is short as a foot is; in one that has four
-    without it, it must be so short.
-    """
+    """Tell whether the last joint of a leg bends the toes."""
+    # Its line is nearly parallel to that of one of the two before it, and passes it at a level
+    # distance, not below it as the ankle passes the knee. In a leg that has six joints without it
+    # the distance may slope, if it is short as a foot is; in one that has four it must be so short.
     axis = posed.axes[leg[-1]]
     span = float(np.linalg.norm(posed.points[leg[-1]] - posed.points[leg[0]]))
     for joint in leg[-3:-1]:

@@ -300,10 +300,8 @@ def find_knee(
 
 
 def _swing(point: Array, axis: Array, hip: Array, ankle: Array) -> tuple[float, complex]:
-    """Return c0 and c1 + i c2 of the squared distance between hip and ankle about a line [m²].
-
-    It is c0 + c1 cos q + c2 sin q, the angle q counted from the posture of the lines.
-    """
+    """Return c0 and c1 + i c2 of the squared distance between hip and ankle about a line [m²]."""
+    # It is c0 + c1 cos q + c2 sin q, the angle q counted from the posture of the lines.
     to_hip, to_ankle = hip - point, ankle - point
     along = (to_ankle @ axis) * axis
     level = to_ankle - along
@@ -343,11 +341,9 @@ def _distance(point: Array, origin: Array, axis: Array) -> float:
 
 
 def _slack(lines: ChainLines, limits: JointLimits, rows: Sequence[int], point: Array) -> float:
-    """Return how far at most the joints of a hip or an ankle move a point of the leg [m].
-
-    A point at distance r from an axis moves by 2 r sin(angle / 2), and rotations do not stretch, so
-    that the sum over the axes bounds what they move it together.
-    """
+    """Return how far at most the joints of a hip or an ankle move a point of the leg [m]."""
+    # A point at distance r from an axis moves by 2 r sin(angle / 2), and rotations do not stretch,
+    # so that the sum over the axes bounds what they move it together.
     total = 0.0
     for row in rows:
         angle = min(max(abs(limits.lower[row]), abs(limits.upper[row])), np.pi)

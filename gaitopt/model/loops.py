@@ -259,11 +259,7 @@ class _Mechanism:
         )
 
     def check(self, other: Sequence[int]) -> None:
-        """Find the rates of the motors.
-
-        Raises:
-            RobotError: the motors are not one for each joint, or cannot hold the joints.
-        """
+        """Find the rates of the motors, which must be one for each joint and hold them."""
         if self.group.joints & {*other}:
             raise self.refusal("it joins both legs")
         self.twins = [other[row] for row in self.rows if row < len(other)]
@@ -356,11 +352,7 @@ class _Mechanism:
         return np.asarray(q)
 
     def at_zero(self) -> Array:
-        """Return the posture in which the joints of the leg are at 0, followed from the one here.
-
-        Raises:
-            RobotError: the loops do not close there.
-        """
+        """Return the posture in which the leg is at 0, followed from the one here."""
         q = self.q
         places = [self.model.joints[j].idx_q for j in self.joints]
         start = q[places]
@@ -377,11 +369,7 @@ class _Mechanism:
         return q
 
     def linkage(self) -> Linkage:
-        """Return cranks and rods, or what else the loops are.
-
-        Raises:
-            RobotError: a motor turns to one side only, or the loops open in the joints' range.
-        """
+        """Return cranks and rods, or what else the loops are, if they are sound in the range."""
         q, model = self.at_zero(), self.model
         pin.forwardKinematics(model, self.data, q)
         pin.updateFramePlacements(model, self.data)

@@ -196,11 +196,7 @@ def _replace(model: pin.Model, link: int, entry: InertiaOverride) -> pin.Inertia
 
 
 def _know_bodies(model: pin.Model, joint: int, frames: list[int]) -> None:
-    """See to it that the frames of a joint have the bodies of which its own consists.
-
-    Raises:
-        RobotError: it cannot be told which link has how much of it.
-    """
+    """See to it that the frames of a joint have its bodies; refuse it if that cannot be told."""
     whole = model.inertias[joint]
     if (
         abs(sum(model.frames[k].inertia.mass for k in frames) - whole.mass)

@@ -122,14 +122,7 @@ def _knee(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> _Knee:
 
 
 class _Parts:
-    """The parts of a model that is changed, as they stand with all leg angles 0.
-
-    Args:
-        model: that is changed.
-        straight: the model with all leg angles 0.
-        legs: the right and the left one.
-        moving: joints that move; bodies that others join are one part.
-    """
+    """The parts of a model that is changed, as they stand with all leg angles 0."""
 
     def __init__(
         self, model: pin.Model, straight: PosedModel, legs: LegJoints, moving: Sequence[int]

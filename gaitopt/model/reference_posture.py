@@ -218,10 +218,7 @@ def _check_angles(model: pin.Model, widened: pin.Model, angles: Angles) -> None:
 
 
 def _range(model: pin.Model, joint: int) -> tuple[float, float]:
-    """Range of a joint; a full turn either way (or any length) where the file gives a wide one.
-
-    Continuous joints turn for ever.
-    """
+    """Range of a joint; a full turn either way (or any length) where the file gives a wide one."""
     at = model.joints[joint].idx_q
     lower, upper = model.lowerPositionLimit[at], model.upperPositionLimit[at]
     most = 2.0 * np.pi if _unit(model, joint) == "rad" else np.inf

@@ -507,10 +507,8 @@ def hull_faces(points: Array) -> tuple[Array, Array]:
 
 
 def _faces_of_few(points: Array) -> tuple[Array, Array]:
-    """Return the faces of the hull of a few points, as those of boxes: try the plane of each three.
-
-    A plane holds a face if all points are on one side of it.
-    """
+    """Return the faces of the hull of a few points, as those of boxes."""
+    # The plane of each three holds a face if all points are on one side of it.
     none = np.zeros((0, 3)), np.zeros(0)
     if len(points) < 4:
         return none
@@ -545,10 +543,7 @@ def _plane(points: Array, radii: Array | None) -> Array | None:
 
 
 def _other_rectangles(flat: Array) -> dict[str, Edges]:
-    """Return rectangles that suit a flat part that is none, toe, heel, left and right by name.
-
-    One that does not fit into the flat part, as a wide one into a box turned out, has no area.
-    """
+    """Return edges of rectangles that suit a flat part that is none, by name; some without area."""
     (high_x, high_y), (low_x, low_y) = flat.max(axis=0), flat.min(axis=0)
     long, wide = high_x - low_x, high_y - low_y
     return {
@@ -621,12 +616,10 @@ def _area(polygon: Array) -> float:
 
 
 def _largest_inside(hull: Array, least: tuple[float, float]) -> Edges:
-    """Return the largest rectangle in a convex polygon (m, 2), of no area where there is none.
-
-    The logarithm of the area is concave in the edges, and the polygon holds them by linear
-    inequalities: there is one maximum, which Newton's method finds from inside. Where it may slide,
-    it stays near the middle.
-    """
+    """Return the largest rectangle in a convex polygon (m, 2), of no area where there is none."""
+    # The logarithm of the area is concave in the edges, and the polygon holds them by linear
+    # inequalities: there is one maximum, which Newton's method finds from inside. Where it may
+    # slide, it stays near the middle.
     import quadprog  # few robots ask for it
 
     size = np.ptp(hull, axis=0)  # areas of rectangles change by one factor where axes do

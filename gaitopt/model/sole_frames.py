@@ -262,11 +262,8 @@ def _other_choices(face: Rectangle, origin: Array, taken: Sole, leg: float) -> l
 
 
 def _inward(sole: Sole) -> list[float]:
-    """Return toe, heel, left and right to a tenth of a millimetre inside the rectangle [m].
-
-    Last digits that differ from machine to machine do not show: what is within a millionth of a
-    tenth of a millimetre of a round number is that number.
-    """
+    """Return toe, heel, left and right to a tenth of a millimetre inside the rectangle [m]."""
+    # What is within a millionth of that of a round number is that number: no machine differs.
     tenths = 1e4 * np.array([sole.toe, sole.heel, sole.left, sole.right])
     signs = np.array([1.0, -1.0, 1.0, -1.0])
     return [float(edge) for edge in signs * np.floor(signs * tenths + 1e-6) / 1e4]

@@ -62,10 +62,6 @@ class Stance:
     places: tuple[pin.SE3, pin.SE3]
     ankles: Array
 
-    def upright(self, side: int) -> Array:
-        """Columns forward, left, up in the frame of a foot's joint, shape (3, 3)."""
-        return np.asarray(self.places[side].rotation.T)
-
     @property
     def leg(self) -> float:
         """Height of the hips above the ankles [m]."""
@@ -237,10 +233,7 @@ def standing_legs(source: Source, posed: PosedModel, choices: ImportOptions) -> 
 
 
 def _leans(posed: PosedModel, pair: LegPair, normal: Array) -> bool:
-    """Tell whether the plane between the legs leans, rather than one leg is longer than the other.
-
-    Then the axes of the joints lean with it.
-    """
+    """Tell whether the plane between the legs leans, and the axes with it: no leg is longer."""
     if abs(float(normal @ pair.up)) <= _UPRIGHT:
         return False
     upright = unit(normal - (normal @ pair.up) * pair.up)

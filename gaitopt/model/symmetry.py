@@ -236,13 +236,7 @@ class _FootDynamics(NamedTuple):
 
 
 class _WalkProbe:
-    """Postures in which robots of one set of joints are compared: straight, and at random.
-
-    Args:
-        model: of one of them, rooted at the pelvis.
-        sides: its pairs.
-        length: of the leg [m].
-    """
+    """Postures in which robots of one set of joints are compared: straight, and at random."""
 
     def __init__(self, model: pin.Model, sides: Sides, length: float) -> None:
         self.soles, self.length = sides.soles, length
@@ -406,20 +400,12 @@ def mirrored(inertia: pin.Inertia) -> pin.Inertia:
 
 
 def _mirror_lines(model: pin.Model, sides: Sides) -> tuple[_LineGap, ...]:
-    """Make the joints of a model mirror images; tell how far each pair of lines was off.
-
-    From the root outwards, a joint's line is compared with the mirror image of its partner's as it
-    lies once the joints before it are mirror images: what the hip is off is not told again of the
-    knee. Both are then moved half the way, each with all that hangs on it. Lines count, not the
-    origins that may slide along them or the angle at which a joint frame stands about its own axis.
-
-    Args:
-        model: free-flyer and the moving joints, rooted at the pelvis. Joint placements and sole
-            frames are changed where they have to be.
-
-    Returns:
-        The pairs of joints, and the soles.
-    """
+    """Make the joints of a model mirror images; tell how far each pair of lines was off."""
+    # From the root outwards, a joint's line is compared with the mirror image of its partner's as
+    # it lies once the joints before it are mirror images: what the hip is off is not told again of
+    # the knee. Both are then moved half the way, each with all that hangs on it. Lines count, not
+    # the origins that may slide along them or the angle at which a joint frame stands about its own
+    # axis.
     posed = pose_model(model, pin.neutral(model))
     local = [sides.plane.actInv(p) for p in posed.placements]
     axes = posed.axes @ sides.plane.rotation
@@ -460,11 +446,9 @@ def _onto_line(placement: pin.SE3, axis: Array, point: Array, goal: Array) -> pi
 
 
 def _mean_line(points: list[Array], axes: list[Array]) -> tuple[Array, Array, float, float]:
-    """Return point and direction of the line between two, their distance and their angle.
-
-    The distance is that between the points where they cross the plane square to the mean
-    direction through the middle of the two origins: the same whichever leg is called the first.
-    """
+    """Return point and direction of the line between two, their distance and their angle."""
+    # The distance is where they cross the plane square to the mean direction through the middle of
+    # the two origins: the same whichever leg is called the first.
     first, other = axes[0], axes[1] if axes[0] @ axes[1] >= 0.0 else -axes[1]
     axis = first + other
     axis = axis / np.linalg.norm(axis)

@@ -36,11 +36,9 @@ Pairs = tuple[tuple[int, int], ...]
 
 
 def _groups(posed: PosedModel, legs: LegJoints, rotation: Array) -> dict[str, list[int]]:
-    """Return the joints of arms and of the waist, from the pelvis on.
-
-    The arms are the longest mirrored pair of branches beside the legs, up to the first fork (the
-    hand), the right one first; the waist is between pelvis and trunk.
-    """
+    """Return the joints of arms and of the waist, from the pelvis on."""
+    # The arms are the longest mirrored pair of branches beside the legs, up to the first fork (the
+    # hand), the right one first; the waist is between pelvis and trunk.
     model, partners = posed.model, _partners(posed, legs, rotation)
     middle = {1, *(joint for joint, partner in partners.items() if joint == partner)}
     starts = [
@@ -200,10 +198,7 @@ def _unforked(posed: PosedModel, joint: int) -> list[int]:
 
 
 def _partners(posed: PosedModel, legs: LegJoints, rotation: Array) -> dict[int, int]:
-    """Return the partner of each joint that has one; the legs' are known, and the root's is itself.
-
-    The mirror is the plane between the hips.
-    """
+    """Return the partner of each joint that has one, in the mirror between the hips."""
     model, left = posed.model, rotation[:, 1]
     hip, ankle = posed.points[[legs[0][0], legs[0][-1]]]
     scale = float(np.linalg.norm(hip - ankle)) / REACH

@@ -158,10 +158,8 @@ class RobotOrder:
         return names
 
     def _breadth_first(self) -> list[str]:
-        """Return the joints as Isaac numbers them: level by level.
-
-        Its importer of URDF files sorts joints by name; that of MJCF keeps the order of the file.
-        """
+        """Return the joints as Isaac numbers them: level by level."""
+        # Its importer of URDF files sorts joints by name; that of MJCF keeps the order of the file.
         names = self._depth_first()
         rank = {name: k for k, name in enumerate(names if self._is_mjcf else sorted(names))}
         children: dict[int, list[int]] = {}

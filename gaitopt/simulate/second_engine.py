@@ -178,10 +178,7 @@ def _impact_inside(
 
 
 def _stopped(robot: SimulatedRobot, data: mujoco.MjData, J: Array) -> tuple[Array, Array]:
-    """Return the motors' rates (n,) after what J (k, nv) sees stops at once, and the impulse (k,).
-
-    From the state of the data.
-    """
+    """Return the motors' rates (n,) after what J (k, nv) sees stops, and the impulse (k,)."""
     free = robot.free(data.qpos)
     J = J @ free
     by_impulse = np.linalg.solve(free.T @ robot.mass_matrix(data) @ free, J.T)
@@ -196,10 +193,8 @@ def _in_sole(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Arra
 
 
 def _coulomb_friction(trajectory: Trajectory, q: Array, dq: Array) -> Array:
-    """Return the part of the motors' torques against dry friction, shape (N, n).
-
-    MuJoCo makes a constraint of it, which inverse dynamics without contacts does not have.
-    """
+    """Return the part of the motors' torques against dry friction, shape (N, n)."""
+    # MuJoCo makes a constraint of it, which inverse dynamics without contacts does not have.
     body = trajectory.body
     none = np.zeros((len(body.joint_names), 1))
     joints = PassiveJoints(none, body.friction, none, body.rest)

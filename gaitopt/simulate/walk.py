@@ -378,10 +378,8 @@ class _Run:
         return lengths, turns, float(off[-1] @ way_of(self._gait, len(places) - 1)[1])
 
     def _prepare_ground(self, foot: int, step: int, late: bool) -> None:
-        """Put the ground on which a foot will land where it is, once the foot is above it.
-
-        A foot that is still not above it when it is late stumbles over it.
-        """
+        """Put the ground on which a foot will land where it is, once the foot is above it."""
+        # A foot that is still not above it when it is late stumbles over it.
         place = self._data.mocap_pos[self._robot.ground[foot]]
         height = float(self._advance(step).translation[2]) + self._disturbance.ground * (step % 2)
         if place[2] == height:

@@ -216,10 +216,8 @@ class WholeBodyController:
         mujoco.mj_fullM(self._robot.model, data, self._mass)
 
     def _turn(self, target: Target, since: float) -> Turn | None:
-        """Return how the standing foot is to turn; None where it stands flat.
-
-        A foot that landed on a line is flat when it is, or when the design has it flat.
-        """
+        """Return how the standing foot is to turn; None where it stands flat."""
+        # A foot that landed on a line is flat when it is, or when the design has it flat.
         turn = target.turn
         if self._rolls and (turn is None or self._angle(turn) < _FLAT):
             self._rolls = False
@@ -278,15 +276,8 @@ class WholeBodyController:
         least: Array,
         torque: Array,
     ) -> tuple[Array, Array, Array, Array, Array]:
-        """Return a program with the wrench on the other foot beside, which stands too.
-
-        That of the standing sole is less by what the other bears.
-
-        Args:
-            behind, turn: designed wrench on the other foot, and how that turns about its toe.
-            N, inverse: of `_held`.
-            H, f, C, least, torque: of the program without.
-        """
+        """Return a program with the wrench on the other foot beside, which stands too."""
+        # That of the standing sole is less by what the other bears, as designed (`behind`).
         robot, other = self._robot, 1 - self._foot
         J, _ = sole_motion(robot, self._data, other)
         cone, count = self._cone(other, turn), len(f)
@@ -397,10 +388,8 @@ class WholeBodyController:
         return np.asarray(push)
 
     def _keep_apart(self, place: Array, standing: Array) -> None:
-        """Move the place of the swing sole so that it does not step on the other.
-
-        A foot that is ahead or behind by more than its length may land on the line of the other.
-        """
+        """Move the place of the swing sole so that it does not step on the other."""
+        # A foot ahead or behind by more than its length may land on the line of the other.
         toe, heel, left, right = self._robot.body.sole_rectangle[self._foot]
         beyond = abs(place[0] - standing[0]) - (toe - heel) - _GAP
         free = min(max(beyond / _PASSING, 0.0), 1.0)

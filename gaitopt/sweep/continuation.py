@@ -272,11 +272,9 @@ def _refined(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Des
 def _as_it_is(
     sparse: WalkProblem, walk: WarmStart, options: DesignOptions, fine: WalkProblem
 ) -> Design | None:
-    """Return a walk finished at the instants at which it presses, None if it is no walk there.
-
-    Where it is no strict minimum there, at instants on either side of them: else Newton's method
-    would not confirm it, and the interior point method after it in half a second neither.
-    """
+    """Return a walk finished at the instants at which it presses, None if it is no walk there."""
+    # Where it is no strict minimum there, at instants on either side of them: else Newton's method
+    # would not confirm it, and the interior point method after it in half a second neither.
     solver = path_solver(options)
 
     def solved(active: Sequence[ActiveRow]) -> tuple[WalkProblem, Solution]:
@@ -548,11 +546,9 @@ def _warm_start(
 def _cost_slope(
     scenario: Scenario, problem: WalkProblem, solution: Solution, axis: tuple[str, float]
 ) -> float | None:
-    """Return the derivative of the optimal cost with respect to a swept quantity.
-
-    That of the Lagrangian at a fixed point, by the envelope theorem (Nocedal & Wright, 2006,
-    section 12.8): what the multipliers say a limit costs, for whatever moves the limits.
-    """
+    """Return the derivative of the optimal cost with respect to a swept quantity."""
+    # That of the Lagrangian at a fixed point, by the envelope theorem (Nocedal & Wright, 2006,
+    # section 12.8): what the multipliers say a limit costs, for whatever moves the limits.
     name, value = axis
     step = DIFFERENCE * max(abs(value), 0.1)
     for change in (step, -step):

@@ -206,10 +206,8 @@ def _transaction(connection: sqlite3.Connection, kind: str) -> Iterator[None]:
 
 
 def _lock(directory: Path) -> sqlite3.Connection:
-    """Refuse a second writer; the system unlocks when a process ends, however it ends.
-
-    The lock of another, empty database serves, which SQLite has on every system.
-    """
+    """Refuse a second writer; the system unlocks when a process ends, however it ends."""
+    # The lock of another, empty database serves, which SQLite has on every system.
     path = directory / LOCK
     try:
         connection = sqlite3.connect(path, timeout=0.0, isolation_level=None)

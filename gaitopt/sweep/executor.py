@@ -124,10 +124,8 @@ class LocalWorkers(Executor):
         return ProcessPoolExecutor(self.count, worker_context(), initializer=_prepare)
 
     def _forget(self, pool: ProcessPoolExecutor) -> None:
-        """Have no more to do with a pool of which a worker has died.
-
-        If that one was waiting for a job, the others wait for its lock, for ever.
-        """
+        """Have no more to do with a pool of which a worker has died."""
+        # If that one was waiting for a job, the others wait for its lock, for ever.
         with self._lock:
             if self._pool is pool:
                 self._pool = None

@@ -450,10 +450,7 @@ class RobotSource:
 
 
 def _chosen(spec: BipedSpec, choices: ImportOptions) -> ImportOptions:
-    """Return the choices of a biped without what was found in its file.
-
-    Soles, and the places of loads that are given none, are where the changed biped has them.
-    """
+    """Return the choices of a biped without what was found in its file: soles, places of loads."""
     unplaced = tuple(replace(one, place=None) for one in choices.payloads)
     sole = None if choices.sole_placements is None else choices.sole  # they go together
     found = _robot(urdf_text(spec), replace(choices, sole=sole, payloads=unplaced)).choices

@@ -23,6 +23,7 @@ from types import NoneType
 from typing import Protocol
 
 from gaitopt.actuators.motors import MotorTable
+from gaitopt.bounds import must_be
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.dataclass import dataclass
@@ -116,7 +117,12 @@ def sweep(
         KeyboardInterrupt: Ctrl-C was pressed; what was done is kept.
     """
     options = options or DesignOptions()
-    _require(robot=robot, task=task, directory=directory, options=options, spec=spec, motors=motors)
+    must_be(robot, Robot, "robot", "a Robot, as Robot.from_urdf(urdf_text(biped13()))")
+    must_be(task, Task, "task", "a Task, as preset_task()")
+    must_be(directory, (str, Path), "directory", "a path")
+    must_be(options, DesignOptions, "options", "DesignOptions")
+    must_be(spec, (BipedSpec, NoneType), "spec", "a BipedSpec, as biped13()")
+    must_be(motors, (MotorTable, NoneType), "motors", "a MotorTable, as read_motors('motors.toml')")
     grid = TaskGrid(_axes(axes))
     if seed:
         grid = TaskGrid(grid.axes, (grid.nearest(seed),))
@@ -127,23 +133,6 @@ def sweep(
     with Writer(folder, grid, record) as writer:
         Scheduler(scenarios, options, writer, executor, on_progress).run()
     return open_library(folder)
-
-
-_KINDS: dict[str, tuple[tuple[type, ...], str]] = {
-    "robot": ((Robot,), "a Robot, as Robot.from_urdf(urdf_text(biped13()))"),
-    "task": ((Task,), "a Task, as preset_task()"),
-    "directory": ((str, Path), "a path"),
-    "options": ((DesignOptions,), "DesignOptions"),
-    "spec": ((BipedSpec, NoneType), "a BipedSpec, as biped13()"),
-    "motors": ((MotorTable, NoneType), "a MotorTable, as read_motors('motors.toml')"),
-}
-
-
-def _require(**given: object) -> None:
-    for name, value in given.items():
-        kinds, wanted = _KINDS[name]
-        if not isinstance(value, kinds):
-            raise InputError(f"{name} is {value!r}, which cannot be used; give {wanted}")
 
 
 def _axes(given: Iterable[Axis]) -> tuple[Axis, ...]:
@@ -333,13 +322,11 @@ class Scheduler:
         self._drive("probing", jobs, self._note_walk)
 
     def _compare(self) -> bool:
-        """Try points from neighbours of another branch, once round; return whether any was.
-
-        A neighbour that may itself be about to change is waited for.
-        """
+        """Try points from neighbours of another branch, once round; return whether any was."""
         if not self._due():  # else an earlier call was interrupted in the midst of a round
             points = self._level.points
             rivals = {p: q for p in points if (q := self._rival(p)) is not None}
+            # a neighbour that may itself be about to change is waited for
             settled = {p: q for p, q in rivals.items() if q not in rivals}
             pairs = settled or rivals
             self._writer.note({p: replace(self._states[p], due=q) for p, q in pairs.items()})
@@ -361,10 +348,8 @@ class Scheduler:
         return next((q for q in near if not self._compared(point, q)), None)
 
     def _compared(self, point: Index, other: Index) -> bool:
-        """Whether a point was tried from another, or both are as good as single designs.
-
-        To try these too found nothing, for up to half as many iterations again (coarse grids).
-        """
+        """Whether a point was tried from another, or both are as good as single designs."""
+        # To try these too found nothing, for up to half as many iterations again (coarse grids).
         here, there = self._states[point], self._states[other]
         alone = here.cold_started and there.cold_started and here.walk is not None
         return alone or (other, self._walk(other).cost) in here.tried
@@ -508,10 +493,8 @@ class Scheduler:
         return executor.submit(self._run, job)
 
     def _finishing_ahead(self, executor: JobExecutor, idle: int) -> set[Future[JobOutcome]]:
-        """Have walks made gaits by workers that would wait; return what is not done yet.
-
-        Most walks stay as they are; the gait of one that is improved later is not used.
-        """
+        """Have walks made gaits by workers that would wait; return what is not done yet."""
+        # Most walks stay as they are; the gait of one that is improved later is not used.
         pending = {future for _, future in self._ahead.values() if not future.done()}
         for point in self._level.points:
             if len(pending) >= idle or len(self._ahead) >= AHEAD:

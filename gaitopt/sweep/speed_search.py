@@ -141,10 +141,8 @@ class _Search:
                 step /= 2.0
 
     def _retry(self) -> bool:
-        """Try speeds beyond the refused one once more, from all starts; return whether one walks.
-
-        The speed was refused from another walk than the one that is the fastest now.
-        """
+        """Try faster speeds once more, from all starts; return whether one walks."""
+        # The speed was refused from another walk than the one that is the fastest now.
         for fraction in RETRIES:
             speed = round((1.0 + fraction) * self._speed, DIGITS)
             task = self.task_at(speed)
@@ -172,11 +170,7 @@ class _Search:
         return many_starts(self.robot, task, self.options, stop=self.stop).design
 
     def _kept(self, designed: Callable[[], Design]) -> Design | None:
-        """Return what a call designs; a gait that is not certified does not count.
-
-        Raises:
-            StoppedError: `stop` said so, which is no answer about this speed.
-        """
+        """Return what a call designs; a gait that is not certified does not count."""
         try:
             found = designed()
         except StoppedError:

@@ -237,7 +237,6 @@ def build_beside(
     gait: Gait,
     other: Replay,
     steps: int,
-    package_dirs: tuple[str, ...] = (),
     drawn: RobotShapes | None = None,
 ) -> Scene:
     """Put two robots into a viewer: one that walked otherwise, and to its left as designed.
@@ -252,7 +251,7 @@ def build_beside(
         RobotError: the robot cannot be drawn.
     """
     samples = gait.trajectory.at(other.time)
-    return _scene(viewer, gait, (samples, other.time), steps, package_dirs, drawn, other)
+    return _scene(viewer, gait, (samples, other.time), steps, (), drawn, other)
 
 
 def _scene(
@@ -394,10 +393,7 @@ def _draw_profile(node: Node, ground: Ground, step: float, steps: int, beside: f
 def _block(
     ground: Ground, number: int, step: float, bottom: float, beside: float
 ) -> geometry.Geometry:
-    """Return the ground of one step from its outline down to a height [m].
-
-    It ends where that of the next step begins, or at its own edge.
-    """
+    """Return the ground of one step down to a height [m], up to the next one or its own edge."""
     x, z = ground.along(number, number + 1, step).T
     ahead, height = ground.along(number + 1, number + 2, step)[0]
     if ahead - x[-1] > SAME * step:
@@ -417,10 +413,7 @@ def _block(
 def _painted(
     node: Node, kind: type[geometry.Material], colour: int, layer: int
 ) -> geometry.Material:
-    """Return a material for marks on the ground: painted in layers, never hiding what stands there.
-
-    All of them lie in one plane, which depth alone would not tell apart.
-    """
+    """Return a material for marks on the ground, which lie in one plane: painted in layers."""
     node.set_property("renderOrder", layer)
     return kind(color=colour, depthWrite=False)
 
@@ -494,12 +487,7 @@ def _draw_mark(
     mark: _Mark,
     new: bool,
 ) -> None:
-    """Mark what of a foot rests on the ground.
-
-    Args:
-        walk: its samples, and the times of the frames.
-        new: whether the mark is still to be put there.
-    """
+    """Mark what of a foot rests on the ground, if the mark is new; move it."""
     (samples, times), feet, contact = walk, mark.feet, mark.contact
     corners = body.sole_corners[0]
     size = np.ptp(corners, axis=0)[:2]

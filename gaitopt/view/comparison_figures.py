@@ -6,7 +6,6 @@ That of a motor shows torque over speed: the loop that it runs through in a stri
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,7 +25,6 @@ from gaitopt.view.figure_style import (
     label_axes,
     name_on_figure,
     new_figure,
-    write_figure,
 )
 
 _HALF = 0.5  # of its range: a larger jump of a motor between neighbours may be a change of family
@@ -42,12 +40,9 @@ _LEAST = 1e-10  # what is smaller is drawn there
 _STYLES = ("-", "--")  # of the first and of the second library
 
 
-def write_library_figure(
-    libraries: Mapping[str, list[Row]],
-    axes: list[str],
-    path: Path,
-    cost: tuple[str, str] = PAPER,
-) -> Path:
+def library_figure(
+    libraries: Mapping[str, list[Row]], axes: list[str], cost: tuple[str, str] = PAPER
+) -> Figure:
     """Draw lines over the first quantity, one for each combination of the others.
 
     The motors are those of the line with the least cost. A line is interrupted where its gaits
@@ -55,30 +50,19 @@ def write_library_figure(
 
     Args:
         libraries: rows of one or two, by a name for the legend.
-        path: of the figure; its suffix chooses the form.
         cost: words and unit of the cost.
 
     Raises:
-        InputError: there is no gait to draw, or the file cannot be written.
+        InputError: there is no gait to draw.
     """
-    drawn = {
-        name: [row for row in rows if row.get("cost") is not None]
-        for name, rows in libraries.items()
-    }
-    if not all(drawn.values()):
+    known = [[row for row in rows if row.get("cost") is not None] for rows in libraries.values()]
+    if not all(known):
         raise InputError("there is no gait to draw; give other conditions")
-    return write_figure(path, lambda: library_figure(drawn, axes, cost))
-
-
-def library_figure(
-    libraries: Mapping[str, list[Row]], axes: list[str], cost: tuple[str, str] = PAPER
-) -> Figure:
-    """Return the figure of `write_library_figure`; arguments as there, of rows that have a cost."""
     figure = new_figure(9.5, 3.8)
     left, right = figure.subplots(1, 2)
     drawn = [
         _draw_library((left, right), rows, axes, name, style)
-        for (name, rows), style in zip(libraries.items(), _STYLES, strict=False)
+        for name, rows, style in zip(libraries, known, _STYLES, strict=False)
     ]
     counts, best, cut = zip(*drawn, strict=True)
     swept = f"{axes[0]} [{unit}]" if (unit := unit_of(axes[0])) else axes[0]
@@ -162,19 +146,8 @@ def branch_cuts(torques: Array) -> list[int]:
     return [int(row) + 1 for row in np.flatnonzero(found.any(axis=1))]
 
 
-def write_convergence_figure(runs: Sequence[Solution], path: Path) -> Path:
-    """Draw optimality and violation of every iterate of every solver.
-
-    Args:
-        path: of the figure, which ends in .png, .svg or .pdf.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    return write_figure(path, lambda: _convergence(runs))
-
-
-def _convergence(runs: Sequence[Solution]) -> Figure:
+def convergence_figure(runs: Sequence[Solution]) -> Figure:
+    """Draw optimality and violation of every iterate of every solver."""
     figure = new_figure(9.5, 3.8)
     optimality, violation = figure.subplots(1, 2, sharey=True)
     for run in runs:
@@ -200,25 +173,15 @@ _AT_ONCE = 1e-9  # of a stride: two instants so close are one, before and after 
 _LINE = 201  # points of a line of the envelope
 
 
-def write_torque_speed_figure(
-    loops: Mapping[str, Sequence[MotorLoop]], path: Path, table: MotorTable | None = None
-) -> Path:
+def torque_speed_figure(
+    loops: Mapping[str, Sequence[MotorLoop]], table: MotorTable | None = None
+) -> Figure:
     """Draw the loops of every motor, a panel each, a line for each gait.
 
     Args:
         loops: of the motors, by label of the gait; the same motors in each.
         table: motors whose envelopes are drawn around the loops.
-
-    Raises:
-        InputError: the file cannot be written.
     """
-    return write_figure(path, lambda: torque_speed_figure(loops, table))
-
-
-def torque_speed_figure(
-    loops: Mapping[str, Sequence[MotorLoop]], table: MotorTable | None = None
-) -> Figure:
-    """Return the figure; see `write_torque_speed_figure`."""
     first = next(iter(loops.values()))
     motors = [one.motor for one in first]
     columns = min(_COLUMNS, len(motors))

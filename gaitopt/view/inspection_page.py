@@ -5,12 +5,9 @@ The axes of its leg joints and its soles are drawn with it.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.atomic import write_atomically
 from gaitopt.errors import RobotError
 from gaitopt.escape import filled_template, html_text
 from gaitopt.model.importer import ImportedRobot
@@ -136,17 +133,8 @@ def _look_at(viewer: Node, data: pin.Data) -> None:
     viewer["/Cameras/default/rotated/<object>"].set_property("position", position)
 
 
-def write_inspection(inspection: Inspection, path: str | Path) -> Path:
-    """Write a page with the robot and everything known about it, complete in one file.
-
-    Raises:
-        InputError: the path cannot be written.
-    """
-    return write_atomically(path, inspection_text(inspection).encode("utf-8"))
-
-
 def inspection_text(inspection: Inspection) -> Page:
-    """Return the text of the page of `write_inspection`; a notebook shows it."""
+    """Return a page with the robot and everything known about it; a notebook shows it."""
     recorder = RecordingWindow()
     draw_inspection(Node(recorder), inspection)
     refusal = html_text(inspection.refusal)

@@ -102,11 +102,9 @@ def serve(
 
 @contextlib.contextmanager
 def _switching(interval: float) -> Iterator[None]:
-    """Let another thread go on after an interval [s].
-
-    After 5 ms, as usual, the thread that serves would wait for the one that works at every read
-    and write, four times for a move.
-    """
+    """Let another thread go on after an interval [s]."""
+    # After 5 ms, as usual, the thread that serves would wait for the one that works at every read
+    # and write, four times for a move.
     before = sys.getswitchinterval()
     sys.setswitchinterval(interval)
     try:
@@ -155,11 +153,10 @@ async def _serve(
 
 
 class _Desk:
-    """Hands wishes of the pages to the thread that works, and its answers to the pages.
+    """Hands wishes of the pages to the thread that works, and its answers to the pages."""
 
-    What goes wrong in that thread, and is no refusal, is kept as `fault` and ends the server: a
-    page would else wait for ever.
-    """
+    # What goes wrong in that thread, and is no refusal, ends the server: a page would else wait for
+    # ever.
 
     def __init__(
         self, session: Session, loop: asyncio.AbstractEventLoop, end: Callable[[], None]

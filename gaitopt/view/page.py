@@ -96,10 +96,7 @@ def curves(gait: Recorded) -> Record:
 
 
 def _instants(gait: Recorded) -> tuple[Array, Array]:
-    """Return times [s] of a period, and whether each is the end of the phase before.
-
-    Where the walk jumps there are two instants, before and after.
-    """
+    """Return times [s] of a period, two where it jumps, and whether each is the end of a phase."""
     trajectory = gait.trajectory
     jumps = trajectory.changes
     inner = np.linspace(0.0, trajectory.period, POINTS)
@@ -447,11 +444,8 @@ def _mark(contact: str) -> str:
 
 
 def _phases(gait: Gait | Transition) -> Iterator[dict[str, object]]:
-    """Yield the phases that the bar under the time repeats, over a step, or over a transition.
-
-    Each has words, colour, begin and end as shares of `step` of `film`, the foot that stands, and
-    whether the other one does too. The feet change roles where the bar is repeated.
-    """
+    """Yield the phases that the bar under the time repeats, over a step, or over a transition."""
+    # The feet change roles where the bar is repeated.
     if not isinstance(gait, Transition):
         for phase in gait.phases:
             begin, end = phase.begin / gait.duration, phase.end / gait.duration
@@ -511,40 +505,13 @@ def _robot(gait: Recorded) -> str:
 _PUSHED = f'<span class="mark" style="background:{PUSH}"></span> push, at the pelvis'
 
 
-def write_simulated_page(
-    gait: Gait,
-    replays: Sequence[Replay],
-    tables: Iterable[Section],
-    path: str | Path,
-    package_dirs: tuple[str, ...] = (),
-) -> Path:
-    """Write a page on which a robot walks as simulated, and a pale one beside it as designed.
+def simulated_page(gait: Gait, replays: Sequence[Replay], tables: Iterable[Section]) -> Page:
+    """Return a page on which a robot walks as simulated, and a pale one beside it as designed.
 
     Args:
         gait: as designed.
         replays: what was simulated; buttons choose between them.
         tables: what was measured.
-        path: the .html file.
-        package_dirs: where to look for meshes named `package://...` in the URDF.
-
-    Returns:
-        The path written.
-
-    Raises:
-        InputError: there are too many steps, or the path cannot be written.
-        RobotError: the robot cannot be drawn.
-    """
-    text = simulated_page(gait, replays, tables, package_dirs)
-    return write_atomically(path, text.encode("utf-8"))
-
-
-def simulated_page(
-    gait: Gait,
-    replays: Sequence[Replay],
-    tables: Iterable[Section],
-    package_dirs: tuple[str, ...] = (),
-) -> Page:
-    """Return the text of the page of `write_simulated_page`; a notebook shows it.
 
     Raises:
         InputError: there are too many steps.
@@ -559,7 +526,7 @@ def simulated_page(
     for replay in replays:
         window = recorder if drawn is None else RecordingWindow()
         viewer = Node(window)
-        scene = build_beside(viewer, gait, replay, steps, package_dirs, drawn)
+        scene = build_beside(viewer, gait, replay, steps, drawn)
         drawn, first = scene.shapes, first or scene
         words = {"verdict": html_text(f"{replay.name}: {replay.ending}")}
         films.append({

@@ -218,10 +218,8 @@ def _obj(path: Path) -> MeshData:
 
 
 def _collada(path: Path) -> MeshData:
-    """Read a Collada file as coal does: every node where it is, whichever axis is called up.
-
-    Coal itself confuses the corners of geometries with several materials.
-    """
+    """Read a Collada file as coal does: every node where it is, whichever axis is called up."""
+    # Coal itself confuses the corners of geometries with several materials.
     root = ElementTree.parse(path).getroot()
     document = _Document({e.get("id", ""): e for e in root.iter() if e.get("id")})
     scenes = [document.linked(e) for e in _inside(root, "instance_visual_scene")]
@@ -329,11 +327,9 @@ class _Document:
         return numbers[first : first + count * stride].reshape(count, stride)[:, :3]
 
     def colour(self, material: str) -> Array | None:
-        """Return diffuse colour and opacity of a material (4,), None if it has none.
-
-        What the file calls fully transparent is opaque: exporters disagree on which end of the
-        scale is which, and nobody draws what cannot be seen.
-        """
+        """Return diffuse colour and opacity of a material (4,), None if it has none."""
+        # What the file calls fully transparent is opaque: exporters disagree on which end of the
+        # scale is which, and nobody draws what cannot be seen.
         found = self.ids.get(material.removeprefix("#"))
         effects = () if found is None else _inside(found, "instance_effect")
         for effect in effects:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.dataclass import dataclass
-from gaitopt.gait.result import ContactPhase, Gait, Recorded, recorded_choices
+from gaitopt.gait.result import Gait, Recorded, recorded_choices
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.source import Source
@@ -155,8 +155,3 @@ def contacts(gait: Gait | Transition) -> list[str]:
     if isinstance(gait, Transition):
         return [BOTH_FEET, FlatFoot.name][not gait.rests :]
     return list(dict.fromkeys(phase.contact for phase in gait.phases))
-
-
-def phase_at(gait: Gait, time: float) -> ContactPhase:
-    """Return the phase of a step at a time [s]; the instant of a change is before it."""
-    return next((one for one in gait.phases if time <= one.end), gait.phases[-1])

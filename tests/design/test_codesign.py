@@ -31,7 +31,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import cost_of_text
 from gaitopt.gait.presets import preset_task
-from gaitopt.model.capsules import capsule_rows
+from gaitopt.model.capsules import capsule_rows, leg_capsules
 from gaitopt.model.import_options import PartChange
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
@@ -173,7 +173,7 @@ def test_proportions_add_up_to_those_a_file_is_read_with():
 
 def test_capsules_that_were_kept_are_of_the_lengths_they_were_found_at():
     plain = Robot.from_urdf(urdf_text(biped13()))
-    kept = plain.choices.over(capsules=capsule_rows(plain))
+    kept = plain.choices.over(capsules=capsule_rows(leg_capsules(plain)))
     recorded = Robot.from_urdf(plain.urdf, choices=kept)
     own = own_values(recorded)
     heavier = with_proportions(recorded, own, {"shin_mass": own["shin_mass"] + 0.1})
@@ -182,7 +182,8 @@ def test_capsules_that_were_kept_are_of_the_lengths_they_were_found_at():
         Robot.from_urdf(plain.urdf, choices=with_proportions(one, own, {"shin": 0.35}))
         for one in (recorded, plain)
     )
-    assert capsule_rows(longer) == capsule_rows(fresh) != kept.capsules
+    rows = capsule_rows(leg_capsules(longer))
+    assert rows == capsule_rows(leg_capsules(fresh)) != kept.capsules
 
 
 @pytest.mark.parametrize("name", [n for n in DESIGN if not n.startswith("foot_l")])

@@ -16,7 +16,7 @@ from gaitopt.gait.step import ReducedDerivatives
 from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, narrowed_gaps, pair_name
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.model.capsules import arm_bodies, arm_capsule_rows, arm_capsules
+from gaitopt.model.capsules import arm_bodies, arm_capsules, capsule_rows
 from gaitopt.model.coupling import Coupling
 from gaitopt.model.import_options import (
     ImportOptions,
@@ -274,7 +274,7 @@ def test_less_is_kept_where_arms_hang_nearer():
 
 def test_capsules_are_the_same_from_their_record():
     robot = armed()
-    chosen = robot.choices.over(arm_capsules=arm_capsule_rows(robot), package_dirs=())
+    chosen = robot.choices.over(arm_capsules=capsule_rows(arm_capsules(robot)), package_dirs=())
     again = Robot.from_urdf(robot.urdf, choices=choices_from_record(choices_record(chosen)))
     assert arm_capsules(again) == arm_capsules(robot)
     assert arm_pairs(again).names == arm_pairs(robot).names

@@ -11,7 +11,7 @@ from gaitopt.model.robot import Robot
 
 
 def test_capsules_are_the_same_from_their_record(robot):
-    chosen = robot.choices.over(capsules=capsule_rows(robot), package_dirs=())
+    chosen = robot.choices.over(capsules=capsule_rows(leg_capsules(robot)), package_dirs=())
     again = Robot.from_urdf(robot.urdf, choices=choices_from_record(choices_record(chosen)))
     assert leg_capsules(again) == leg_capsules(robot)
     assert leg_pairs(again).names == leg_pairs(robot).names
@@ -23,9 +23,10 @@ def test_a_robot_remembers_where_its_meshes_are():
     robot = Robot.from_urdf(path)
     from_text = Robot.from_urdf(robot.urdf, choices=robot.choices)
     assert {c.source for c in leg_capsules(from_text)} == {"collision"}
-    rows = capsule_rows(robot)
+    rows = capsule_rows(leg_capsules(robot))
     elsewhere = robot.choices.over(capsules=rows).over(package_dirs=("/nowhere",))
-    assert capsule_rows(Robot.from_urdf(robot.urdf, choices=elsewhere)) == rows
+    again = Robot.from_urdf(robot.urdf, choices=elsewhere)
+    assert capsule_rows(leg_capsules(again)) == rows
 
 
 @pytest.mark.parametrize("row", [(13, "x"), (0, "foot", 1.0), "foot"])

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from gaitopt.errors import InputError
-from gaitopt.view.comparison_figures import branch_cuts, library_figure, write_library_figure
-from gaitopt.view.figure_style import styled
+from gaitopt.view.comparison_figures import branch_cuts, library_figure
+from gaitopt.view.figure_style import styled, write_figure
 
 SPEEDS = (0.8, 0.9, 1.0, 1.1, 1.2)
 KNEE = (23.8, 22.3, 20.1, 88.1, 88.4)  # between 1.0 and 1.1 m/s the knee begins to bear load
@@ -64,10 +64,12 @@ def test_the_legends_stand_beside_their_panels():
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
     with pytest.raises(InputError, match="no gait to draw"):
-        write_library_figure({"": [{"speed": 1.0, "cost": None}]}, ["speed"], tmp_path / "a.png")
+        library_figure({"": [{"speed": 1.0, "cost": None}]}, ["speed"])
     with pytest.raises(InputError, match="ends in"):
-        write_library_figure({"": library()}, ["speed"], tmp_path / "a.gif")
-    drawn = write_library_figure({"": library()}, ["speed", "friction"], tmp_path / "a.svg")
+        write_figure(tmp_path / "a.gif", lambda: library_figure({"": library()}, ["speed"]))
+    drawn = write_figure(
+        tmp_path / "a.svg", lambda: library_figure({"": library()}, ["speed", "friction"])
+    )
     assert b"friction 0.7" in drawn.read_bytes()
 
 
