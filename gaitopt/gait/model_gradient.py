@@ -89,17 +89,11 @@ class PlacedBodies:
 
 
 class BodyModel:
-    """Places the bodies of a model, with their inertias."""
+    """Places the bodies of a robot, with their inertias."""
 
-    def __init__(self, model: pin.Model, tree: JointTree) -> None:
-        """Prepare what does not depend on the posture.
-
-        Args:
-            model: rooted at the stance foot.
-            tree: of its joints.
-        """
-        self._frames, self._tree = ForwardKinematics(model), tree
-        self._pseudo = pseudo_inertias(model)
+    def __init__(self, robot: Robot) -> None:
+        self._frames, self._tree = ForwardKinematics(robot.model), robot.tree
+        self._pseudo = pseudo_inertias(robot.model)
 
     def at(self, q: Array) -> PlacedBodies:
         """Return the bodies at postures q (N, n) [rad]."""
@@ -255,11 +249,6 @@ class ModelGradient(OfRobot):
     duration: float
 
 
-def body_model(robot: Robot) -> BodyModel:
-    """Return the bodies of a robot."""
-    return BodyModel(robot.model, robot.tree)
-
-
 def model_gradient(
     model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
 ) -> ModelGradient:
@@ -273,7 +262,7 @@ def model_gradient(
     robot, standing, h = model.robot, model.standing, step.hinges
     swing, pelvis = robot.tree.swing_foot, robot.tree.pelvis
     supported, on_sole, on_corners = _support(standing, derivatives, effort, first, step)
-    bodies = cached_workspace(robot, body_model)
+    bodies = cached_workspace(robot, BodyModel)
     landing = bodies.at(robot.coupling.angles(step.q_end)[None])
     at_impact = dynamics_gradient(landing, back.impact.dynamics)
     landed, on_landing = landing_gradient(landing, back.impact)
@@ -321,7 +310,7 @@ def _support(
     `displaced` is turned into the axes of the bodies that the joints sit on.
     """
     support, tree = derivatives.support, standing.tree
-    bodies = cached_workspace(standing, body_model).at(support.motion.of_all[0])
+    bodies = cached_workspace(standing, BodyModel).at(support.motion.of_all[0])
     base = np.broadcast_to(-support.gravity, (len(effort), 6))
     q, dq, ddq = support.motion.of_all
     at = WeightedDynamics(support.axes, q, dq, ddq, base, effort)

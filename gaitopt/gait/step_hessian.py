@@ -17,12 +17,8 @@ from gaitopt.gait import quantities
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Period, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
-from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.impact import WeightedImpact
-from gaitopt.mechanics.inverse_dynamics_hessian import (
-    InverseDynamicsHessian,
-    inverse_dynamics_hessian,
-)
+from gaitopt.mechanics.inverse_dynamics_hessian import DynamicsHessian, InverseDynamicsHessian
 from gaitopt.mechanics.spatial import force_cross_matrix, motion_cross_matrix
 from gaitopt.model.robot import cached_workspace
 from gaitopt.nlp import Array
@@ -228,7 +224,7 @@ def _own_hessian(
     matrix, effort, impact = model.chart.matrix, back.effort, back.impact
     if step.hinges:
         dynamics = derivatives.support.hessian(effort)
-        at_impact = _alone(model, impact)
+        at_impact = cached_workspace(model.robot, DynamicsHessian).of(impact.dynamics)
     else:  # the impact's single posture costs little more in one sweep with the others than nothing
         dynamics, at_impact = derivatives.support.hessians(effort, impact.dynamics)
     local = local_hessian(derivatives, first, dynamics)
@@ -254,13 +250,6 @@ def _own_hessian(
     columns = model.layout.boundary_columns
     H[own, own] += boundary.T @ posture[columns][:, columns] @ boundary
     return H
-
-
-def _alone(model: StepModel, impact: WeightedImpact) -> InverseDynamicsHessian:
-    """Second derivatives of the impact's dynamics: the robot's own, which has no hinge."""
-    bodies = cached_workspace(model.robot, body_inertias)
-    inertias = bodies.in_world(impact.dynamics.posture)
-    return inverse_dynamics_hessian(inertias, impact.dynamics, model.robot.tree)
 
 
 def _sole_twist_hessian(

@@ -25,7 +25,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
-from gaitopt.mechanics.spatial import pseudo_inertia, skew, symmetric, upright, world_inertias
+from gaitopt.mechanics.spatial import pseudo_inertia, skew, symmetric, upright
 from gaitopt.model.joint_tree import FIRST, joint_axes
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import LEVEL
@@ -88,27 +88,10 @@ def bodies_of(robot: Robot) -> ForwardKinematics:
     return ForwardKinematics(robot.model)
 
 
-class BodyInertias:
-    """Mass, centre and inertia of the n bodies beyond the stance foot."""
-
-    def __init__(self, model: pin.Model) -> None:
-        self._bodies = ForwardKinematics(model)
-        self._pseudo = pseudo_inertias(model)[1:]
-
-    def in_world(self, q: Array) -> Array:
-        """Return the world inertias at postures q (N, n) [rad], shape (N, n, 6, 6)."""
-        return world_inertias(self._pseudo, self._bodies.placed(q).frames[1:])
-
-
 def pseudo_inertias(model: pin.Model) -> Array:
     """Return `pseudo_inertia` of the stance foot and the n bodies, shape (n + 1, 4, 4)."""
     bodies = (model.inertias[j] for j in range(FIRST - 1, model.njoints))
     return np.stack([pseudo_inertia(b.mass, b.lever, b.inertia) for b in bodies])
-
-
-def body_inertias(robot: Robot) -> BodyInertias:
-    """Return the inertias of a robot's bodies."""
-    return BodyInertias(robot.model)
 
 
 class PostureQuantityDerivatives(ABC):

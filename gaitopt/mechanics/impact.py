@@ -52,11 +52,10 @@ from eigenpy import PartialPivLU
 from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.inverse_dynamics_hessian import (
+    DynamicsHessian,
     InverseDynamicsHessian,
     WeightedDynamics,
-    inverse_dynamics_hessian,
     moved_axes,
     velocity_hessian,
     velocity_rate_hessian,
@@ -616,8 +615,15 @@ class _StandingImpact:
         self._model.gravity = pin.Motion.Zero()
         self._data = self._model.createData()
         self._q, self._v = pin.neutral(self._model), np.zeros(self._model.nv)
-        self._tree = robot.tree
-        self._bodies = cached_workspace(robot, body_inertias)
+        self._dynamics = cached_workspace(robot, DynamicsHessian)
+
+    def _bent(
+        self, at: FlatJump | ClosedJump, axes: Array, base: Array, weights: Array
+    ) -> InverseDynamicsHessian:
+        """Second derivatives of weights . D [base; jump], base (6,), weights (6 + n,)."""
+        still = np.zeros(at.jump.shape)
+        tables = axes, at.posture, still, at.jump, base, weights
+        return self._dynamics.of(WeightedDynamics(*(table[None] for table in tables)))
 
 
 class FlatImpact(_StandingImpact):
@@ -674,13 +680,8 @@ class FlatImpact(_StandingImpact):
         back = solve(D[TWIST:, TWIST:], jump + D[TWIST:, :TWIST] @ impulse)
         self._q[TWIST + 1 :] = at.posture
         J = pin.computeJointJacobians(self._model, self._data, self._q)
-        still = np.zeros((1, n))
-        dynamics = WeightedDynamics(
-            J[:, TWIST:].T.copy()[None], at.posture[None], still, at.jump[None],
-            -at.rate * self._twist[None], np.concatenate([impulse, -back])[None],
-        )  # fmt: skip
-        inertias = self._bodies.in_world(dynamics.posture)
-        bent = inverse_dynamics_hessian(inertias, dynamics, self._tree)
+        weights = np.concatenate([impulse, -back])
+        bent = self._bent(at, J[:, TWIST:].T.copy(), -at.rate * self._twist, weights)
         mixed = bent.qa[0] @ at.along[:n]
         mixed[:, n] -= bent.base[0] @ self._twist
         H = np.zeros((n + 1, n + 1))
@@ -761,10 +762,4 @@ class ClosedImpact(_StandingImpact):
 
     def hessian(self, at: ClosedJump, weights: Array) -> InverseDynamicsHessian:
         """Return the second derivatives of weights . D jump, weights (6 + n,)."""
-        still = np.zeros((1, len(at.posture)))
-        dynamics = WeightedDynamics(
-            at.axes[None], at.posture[None], still, at.jump[None], np.zeros((1, TWIST)),
-            weights[None],
-        )  # fmt: skip
-        inertias = self._bodies.in_world(dynamics.posture)
-        return inverse_dynamics_hessian(inertias, dynamics, self._tree)
+        return self._bent(at, at.axes, np.zeros(TWIST), weights)

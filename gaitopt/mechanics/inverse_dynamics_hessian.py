@@ -19,6 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.dataclass import dataclass
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics, pseudo_inertias
 from gaitopt.mechanics.spatial import (
     cross_force_matrix,
     cross_motion,
@@ -26,9 +27,11 @@ from gaitopt.mechanics.spatial import (
     joined,
     motion_cross_matrix,
     symmetric,
+    world_inertias,
 )
 from gaitopt.model.coupling import CoupledMotion, Tangent
 from gaitopt.model.joint_tree import JointTree
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 
@@ -142,6 +145,20 @@ class InverseDynamicsHessian:
         """Return some of the instants."""
         tables = self.qq, self.qv, self.vv, self.qa, self.base
         return InverseDynamicsHessian(*(table[instants] for table in tables))
+
+
+class DynamicsHessian:
+    """Second derivatives of the inverse dynamics of one robot."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._bodies, self._tree = ForwardKinematics(robot.model), robot.tree
+        self._pseudo = pseudo_inertias(robot.model)[1:]
+
+    def of(self, at: WeightedDynamics) -> InverseDynamicsHessian:
+        """Return those of lambda . tau."""
+        placed = self._bodies.placed(at.posture)
+        inertias = world_inertias(self._pseudo, placed.frames[1:])
+        return inverse_dynamics_hessian(inertias, at, self._tree)
 
 
 def inverse_dynamics_hessian(

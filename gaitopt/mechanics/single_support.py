@@ -20,14 +20,13 @@ import pinocchio as pin
 from gaitopt.contact import ContactMode
 from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.forward_kinematics import (
-    BodyInertias,
     ForwardKinematics,
-    body_inertias,
     corner_hessian,
     corner_jacobian,
     corner_positions,
 )
 from gaitopt.mechanics.inverse_dynamics_hessian import (
+    DynamicsHessian,
     InverseDynamicsHessian,
     WeightedDynamics,
     inverse_dynamics_hessian,
@@ -35,7 +34,7 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
 from gaitopt.mechanics.spatial import apply, cross_force, cross_motion, skew
 from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
 from gaitopt.model.coupling import CoupledMotion
-from gaitopt.model.joint_tree import FIRST, JointTree, joint_axes
+from gaitopt.model.joint_tree import FIRST, joint_axes
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
@@ -72,8 +71,7 @@ class SupportDerivatives:
         motion: of all joints.
         of_all: the effort of all joints and its derivative in their q, dq, ddq, shapes
             (N, 6 + all) and (N, 6 + all, 3 all).
-        bodies: of the robot, for the second derivatives.
-        tree: of its joints.
+        dynamics: of the robot, for the second derivatives.
         gravity: spatial acceleration of gravity [m/s²], shape (6,).
         passive: what the joints do by themselves; None if they do nothing.
         carried: weight that is carried from outside; None if there is none.
@@ -85,8 +83,7 @@ class SupportDerivatives:
     axes: Array
     motion: CoupledMotion
     of_all: tuple[Array, Array]
-    bodies: BodyInertias
-    tree: JointTree
+    dynamics: DynamicsHessian
     gravity: Array
     passive: PassiveTorque | None = None
     carried: GravityCompensation | None = None
@@ -113,12 +110,12 @@ class SupportDerivatives:
         at = WeightedDynamics(self.axes, q, dq, ddq, base, weights)
         if then is not None:
             at = at.followed_by(then)
-        found = inverse_dynamics_hessian(self.bodies.in_world(at.posture), at, self.tree)
+        found = self.dynamics.of(at)
         own = slice(len(weights))
         if self.carried is not None:
             found.qq[own] -= self.carried.hessian(q, weights)
         if self.passive is not None:
-            each = np.arange(self.tree.size)
+            each = np.arange(self.axes.shape[1])
             found.qq[own, each, each] += weights[:, 6:] * self.passive.by_angle_twice
             found.vv[own, each, each] += weights[:, 6:] * self.passive.by_rate_twice
         mine, others = found.at(own), found.at(slice(len(weights), None))
@@ -247,8 +244,7 @@ class SingleSupport:
             axes=axes,
             motion=motion,
             of_all=of_all,
-            bodies=cached_workspace(self.robot, body_inertias),
-            tree=tree,
+            dynamics=cached_workspace(self.robot, DynamicsHessian),
             gravity=model.gravity.vector,
             passive=passive,
             carried=carried,

@@ -4,9 +4,8 @@ import pytest
 from motions import bent_posture, full_configuration, kinematics, moving
 from numerics import check_jacobian, relative_error
 
-from gaitopt.mechanics.forward_kinematics import BodyInertias
 from gaitopt.mechanics.impact import Impact
-from gaitopt.mechanics.inverse_dynamics_hessian import inverse_dynamics_hessian
+from gaitopt.mechanics.inverse_dynamics_hessian import DynamicsHessian
 
 SEEDS = range(4)
 
@@ -140,8 +139,7 @@ def test_curvature(robot, impact, before, part, rng):
     weights[:18] *= part != "impulse"
     state, slope = impact.derivatives(*before)
     weighted = Impact(robot).weighted(*before, state, slope, weights)
-    inertias = BodyInertias(robot.model).in_world(weighted.dynamics.posture)
-    H = weighted.hessian(inverse_dynamics_hessian(inertias, weighted.dynamics, robot.tree))
+    H = weighted.hessian(DynamicsHessian(robot).of(weighted.dynamics))
 
     def gradient(z):
         slope = impact.derivatives(z[:12], z[12:])[1]

@@ -4,8 +4,9 @@ import pytest
 from motions import full_configuration, kinematics, moving, random_motion
 from numerics import check_jacobian, relative_error
 
-from gaitopt.mechanics.forward_kinematics import BodyInertias
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics, pseudo_inertias
 from gaitopt.mechanics.single_support import SingleSupport
+from gaitopt.mechanics.spatial import world_inertias
 
 COUNT = 3
 G = 9.81
@@ -104,7 +105,8 @@ def test_slope_carries_the_kinematics_of_its_motion(robot, support, motion):
 
 
 def test_bodies_are_where_the_posture_puts_them(robot, motion):
-    inertias = BodyInertias(robot.model).in_world(motion[0])
+    placed = ForwardKinematics(robot.model).placed(motion[0])
+    inertias = world_inertias(pseudo_inertias(robot.model), placed.frames)[:, 1:]
     for k, q in enumerate(motion[0]):
         at = kinematics(robot, q)
         expected = [at.data.oMi[j].act(robot.model.inertias[j]).matrix() for j in range(2, 14)]
