@@ -468,7 +468,7 @@ def _refereed(fine: WalkProblem, x: Array, steps: tuple[Step, ...]) -> RefereeVe
     starts = fine.with_grid(Grid(begin, np.zeros(begin.size), begin.size)).starts(x)
     found = [
         ask_referee(model.robot, step, model.grid, fine.schedule, pair)
-        for step, model, pair in zip(steps, fine.each, pairwise(starts), strict=True)
+        for step, model, pair in zip(steps, fine.models, pairwise(starts), strict=True)
     ]
     return both(found)
 

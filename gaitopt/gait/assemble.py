@@ -78,7 +78,7 @@ def gait_at(
     )
     if not isinstance(whole, Stride):
         return gait
-    model, second = problem.each[1], whole.steps[1]
+    model, second = problem.models[1], whole.steps[1]
     own = {**step_arrays(model, second), **_foot(problem.schedule, model, second, step)}
     return replace(gait, second=replace(gait, **own))
 

@@ -30,8 +30,6 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
     Displacement,
-    Posture,
-    PostureDerivatives,
     drive,
     landing_sole_chain,
     place,
@@ -56,7 +54,14 @@ from gaitopt.gait.step import (
     gap_products,
 )
 from gaitopt.gait.step_hessian import local_gradient, local_hessian
-from gaitopt.gait.step_model import Opening, StepModelBase, after_each, before_each
+from gaitopt.gait.step_model import (
+    Course,
+    Ending,
+    Opening,
+    StepModelBase,
+    after_each,
+    before_each,
+)
 from gaitopt.mechanics.closed_chain import (
     FREE,
     TIED,
@@ -66,8 +71,7 @@ from gaitopt.mechanics.closed_chain import (
     taken_hessian,
     taken_jacobian,
 )
-from gaitopt.mechanics.impact import ClosedImpact, ImpactDerivatives, ImpactState
-from gaitopt.mechanics.single_support import SupportState
+from gaitopt.mechanics.impact import ClosedImpact, ImpactState, Turning
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import cached_workspace
 from gaitopt.nlp import Array
@@ -75,7 +79,22 @@ from gaitopt.nlp import Array
 _END = np.array([1.0])
 
 
-class DoubleStepModel(StepModelBase):
+@dataclass(frozen=True)
+class Closing(Ending):
+    """The end of a step, at which the rear foot leaves.
+
+    Attributes:
+        sole: placement of the front sole in the stance sole frame.
+        targets: axes of the displacements that place it, in the world, (k, 6).
+        liftoff: the closed chain then.
+    """
+
+    sole: pin.SE3
+    targets: Array
+    liftoff: ClosedMotion
+
+
+class DoubleStepModel(StepModelBase[Closing]):
     """Evaluates steps with a double support; every result is a pure function of x."""
 
     def _prepare(self) -> None:
@@ -219,13 +238,9 @@ class DoubleStepModel(StepModelBase):
             return self._closed_chain
         return cached_workspace(self.robot, ClosedChain)
 
-    def closing(self, opening: Opening, following: Opening) -> Closing:
-        """Return the end of the step, at which the rear foot leaves.
-
-        Args:
-            opening: its start.
-            following: start of the next step, there exchanged.
-        """
+    def ending(self, opening: Opening, following: Opening, slopes: bool) -> Closing:
+        """Return the end of the step, at which the rear foot leaves."""
+        del slopes
         z, T = opening.z, float(opening.geometry[DURATION])
         q_end = self.exchange @ following.posture.q_start
         sole, targets = place(self._chain, following.geometry)
@@ -234,44 +249,11 @@ class DoubleStepModel(StepModelBase):
         turned = self._hinge_motion(z, T, _END)
         liftoff = self._closed(np.concatenate([turned, last], axis=2), sole, targets)
         yaw_end = float(following.geometry[FOOT_YAW])
-        return Closing(q_end, sole, targets, liftoff, yaw_end)
+        return Closing(q_end, yaw_end, None, sole, targets, liftoff)
 
-    def course(self, opening: Opening, closing: Closing, before: Closing) -> Step:
-        """Return the whole step.
-
-        Args:
-            before: end of the step before, there exchanged.
-        """
-        parts = self._parts(opening, closing, before)
-        support = self._support.state(*parts.motion)
-        read = self._optional.values(self._optional.placed(parts.motion[0]))
-        return self._step(opening, closing, parts, support, read)
-
-    def course_derivatives(
-        self, opening: Opening, closing: Closing, before: Closing, posture: PostureDerivatives
-    ) -> tuple[Step, StepDerivatives]:
-        """Return the step as `course` does, and the local derivatives.
-
-        Args:
-            opening, closing, before: as of `course`.
-            posture: derivatives of the double support at the start.
-        """
-        parts = self._parts(opening, closing, before)
-        support, at_support = self._support.derivatives(*parts.motion)
-        optional = self._optional.derivatives(
-            self._optional.placed(parts.motion[0]), at_support.axes, at_support.motion.tangent
-        )
-        read = {what: reading.value for what, reading in optional.items()}
-        none = np.zeros((2 * TWIST + self.layout.joints, self.layout.joints))
-        at_impact = ImpactDerivatives(none, none, np.eye(len(none)))
-        local = StepDerivatives(posture, at_impact, at_support, optional)
-        return self._step(opening, closing, parts, support, read), local
-
-    def _parts(self, opening: Opening, closing: Closing, before: Closing) -> _Parts:
+    def _course(self, opening: Opening, ending: Closing, before: Closing) -> Course:
         layout, x = self.layout, opening.z
-        q_end, sole, targets, liftoff = (
-            closing.q_end, closing.sole, closing.targets, closing.liftoff,
-        )  # fmt: skip
+        q_end, sole, targets, liftoff = ending.q_end, ending.sole, ending.targets, ending.liftoff
         T, rate_end, h = float(opening.geometry[DURATION]), x[layout.rates], self._h
         q_start = opening.posture.q_start
         rate_start = self.exchange @ before.liftoff.motion[1, 0, h:]
@@ -308,78 +290,54 @@ class DoubleStepModel(StepModelBase):
         front = np.zeros((self.grid.count, TWIST))
         front[self.both] = wrench
         part = DoubleSupportPart(closed, touchdown, liftoff, sole, wrench, swing, front, struck)
-        whole = np.ascontiguousarray(motion)
-        return _Parts(stance, whole, part)
+        return Course(stance, np.ascontiguousarray(motion[:, :, h:]), motion[:, :, :h], double=part)
 
     def _closed(self, free: Array, sole: pin.SE3, targets: Array) -> ClosedMotion:
         motion, axes = self.closed.motion(free, sole)
         return ClosedMotion(motion, axes, targets, self._drive)
 
-    def _step(
-        self,
-        opening: Opening,
-        closing: Closing,
-        parts: _Parts,
-        support: SupportState,
-        read: dict[Quantity, Array],
-    ) -> Step:
-        double, impulse = parts.double, np.zeros(TWIST)
-        h, twist, turn = self._h, np.zeros(TWIST), self._turn_at_end(opening.z)
-        before = after = double.liftoff.motion[1, 0, h:]
+    def _at_end(
+        self, opening: Opening, ending: Closing, course: Course
+    ) -> tuple[Array, ImpactState, Turning | None, Turning | None]:
+        double, impulse, h = course.double, np.zeros(TWIST), self._h
+        assert double is not None
+        twist, turn = np.zeros(TWIST), self._turn_at_end(opening.z)
+        before = after = ending.liftoff.motion[1, 0, h:]
         if double.struck is not None:
             after = double.touchdown.motion[1, 0, h:]
             before, impulse = after - double.struck.jump, opening.z[self.layout.push]
         if turn is not None:  # the rear foot leaves as it turns
             twist = turn.twist
-        effort = double.without_front(support.effort, self.both)
-        impact = ImpactState(np.concatenate([twist, after]), impulse)
-        return Step(
-            x=opening.z,
-            geometry=opening.geometry,
-            posture=opening.posture,
-            q_end=closing.q_end,
-            rate_before=before,
-            impact=impact,
-            coefficients=parts.stance,
-            motion=np.ascontiguousarray(parts.motion[:, :, h:]),
-            support=SupportState(effort, support.corners),
-            optional=self._completed(read, opening, closing.yaw_end),
-            foot_motion=parts.motion[:, :, :h],
-            turn=turn,
-            double=double,
-        )
+        return before, ImpactState(np.concatenate([twist, after]), impulse), turn, None
 
-    def liftoff_in_x(self, step: Step, q_end: Array, geometry: Array) -> tuple[Array, Array]:
-        """Return the derivatives of (u, du, ddu, g) at lift-off, and of all rates there, (n, P).
-
-        Args:
-            q_end: of the posture, shape (n, P).
-            geometry: of the quantities that place the front foot, shape (G, P).
-        """
-        assert step.double is not None
+    def ending_in_x(
+        self,
+        step: Step,
+        local: StepDerivatives,
+        q_end: Array,
+        following: StepModelBase[Closing] | None,
+    ) -> Array:
+        """Return the derivatives of (u, du, ddu, g) at lift-off, (1, 3 (h + 6) + G, P)."""
+        del local
+        assert following is not None
         rates = self.chart.matrix[self.layout.rates]
         last = np.stack([q_end[self.free], rates, np.zeros_like(rates)])[None]
         turned = self._hinge_jacobian(step.x, step.duration, _END)
-        found = self._with_hinge(last, turned, geometry)
-        return found, step.double.liftoff.jacobian[0, self._rates] @ found[0]
+        return self._with_hinge(last, turned, following.geometry_in_x)
 
     def chain(
         self,
         step: Step,
         local: StepDerivatives,
-        q_start: Array,
-        q_end: Array,
-        rate_start: Array,
-        liftoff: Array,
-        geometry: Array,
+        q: tuple[Array, Array],
+        ends: tuple[Array, Array],
+        before: Closing,
+        following: StepModelBase[Closing] | None,
     ) -> StepDerivatives:
-        """Return the derivatives of a step in x, from the local ones.
-
-        Args:
-            q_start, q_end, rate_start: derivatives of postures and rates at its ends, (n, P).
-            liftoff: as of `liftoff_in_x`.
-            geometry: of the quantities that place the front foot, those of the next step, (G, P).
-        """
+        assert following is not None
+        (q_start, q_end), (liftoff, at_start) = q, ends
+        left = before.liftoff.jacobian[0, self._rates] @ at_start[0]
+        rate_start, geometry = self.exchange @ left, following.geometry_in_x
         double, layout, T = step.double, self.layout, step.duration
         assert double is not None
         P, n, k = self._size, layout.joints, layout.postures
@@ -393,8 +351,8 @@ class DoubleStepModel(StepModelBase):
         if self.striking:
             stance = np.concatenate([np.zeros((k + 4, f, P)), late])
         else:
-            ends = [q_end[own], rate_start[own], rate_end]
-            stance = np.concatenate([q_start[None, own], knots[:, own], late, ends])
+            last = [q_end[own], rate_start[own], rate_end]
+            stance = np.concatenate([q_start[None, own], knots[:, own], late, last])
         turned, whole = self._hinge_jacobian(step.x, T, self._touching), step.coefficients
         moved = self._leg_in_x(self._at_touch, T, whole, stance).motion()
         touchdown = self._with_hinge(moved, turned, geometry)
@@ -623,25 +581,6 @@ class DoubleStepModel(StepModelBase):
 
 
 @dataclass(frozen=True)
-class Closing:
-    """The end of a step, at which the rear foot leaves.
-
-    Attributes:
-        q_end: posture, shape (n,).
-        sole: placement of the front sole in the stance sole frame.
-        targets: axes of the displacements that place it, in the world, (k, 6).
-        liftoff: the closed chain then.
-        yaw_end: foot yaw at the start of the next step [rad].
-    """
-
-    q_end: Array
-    sole: pin.SE3
-    targets: Array
-    liftoff: ClosedMotion
-    yaw_end: float
-
-
-@dataclass(frozen=True)
 class OnEnds:
     """What a weighted sum of a step's quantities weighs at its ends.
 
@@ -655,69 +594,13 @@ class OnEnds:
     end: Array
 
 
-def double_cycle(models: Sequence[DoubleStepModel], x: Array) -> tuple[Step, ...]:
-    """Return the steps of a walk at x (P,) that follow each other, the first again after the last.
-
-    Raises:
-        EvaluationError: a parameter is not finite, or a leg cannot reach.
-    """
-    openings = [model.opening(x) for model in models]
-    closings = _closings(models, openings)
-    each = zip(models, openings, closings, before_each(closings), strict=True)
-    return tuple(model.course(start, end, before) for model, start, end, before in each)
-
-
-def _closings(models: Sequence[DoubleStepModel], openings: Sequence[Opening]) -> list[Closing]:
-    """Return the ends of steps from their starts."""
-    each = zip(models, openings, after_each(openings), strict=True)
-    return [model.closing(start, following) for model, start, following in each]
-
-
-def double_cycle_derivatives(
-    models: Sequence[DoubleStepModel], x: Array, known: Sequence[Posture] | None = None
-) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
-    """Return the steps as `double_cycle` does, and their exact derivatives in x (P,).
-
-    Args:
-        known: the double supports at x, if they were computed before.
-
-    Raises:
-        EvaluationError: a parameter is not finite, or a leg cannot reach.
-    """
-    postures = [None] * len(models) if known is None else known
-    openings = [model.opening(x, at) for model, at in zip(models, postures, strict=True)]
-    closings = _closings(models, openings)
-    starts = [model.opening_derivatives(one) for model, one in zip(models, openings, strict=True)]
-    found = [
-        model.course_derivatives(opening, closing, before, posture)
-        for model, opening, closing, before, (posture, _) in zip(
-            models, openings, closings, before_each(closings), starts, strict=True
-        )
-    ]
-    q_starts = [q for _, q in starts]
-    q_ends = [model.exchange @ q for model, q in zip(models, after_each(q_starts), strict=True)]
-    places = after_each([model.geometry_in_x for model in models])
-    leaving = [
-        model.liftoff_in_x(step, q_end, geometry)
-        for model, (step, _), q_end, geometry in zip(models, found, q_ends, places, strict=True)
-    ]
-    rates = before_each([rate for _, rate in leaving])
-    derivatives = [
-        model.chain(
-            step, local, q_starts[k], q_ends[k], model.exchange @ rates[k], leaving[k][0], places[k]
-        )
-        for k, (model, (step, local)) in enumerate(zip(models, found, strict=True))
-    ]
-    return tuple(step for step, _ in found), tuple(derivatives)
-
-
 def double_cycle_hessian(
     models: Sequence[DoubleStepModel],
     steps: Sequence[Step],
     derivatives: Sequence[StepDerivatives],
     weights: Sequence[dict[Quantity, Array]],
 ) -> Array:
-    """Return the Hessian in x of weights . (quantities) of the steps of `double_cycle`, (P, P)."""
+    """Return the Hessian in x of weights . (quantities) of steps that follow each other, (P, P)."""
     each = list(zip(models, steps, derivatives, weights, strict=True))
     own = [model.own_hessian(step, at, weighed) for model, step, at, weighed in each]
     ends = [one for _, one in own]
@@ -731,15 +614,6 @@ def double_cycle_hessian(
         q_start = one.start + model.exchange[model.free].T @ end
         H += model.start_hessian(step, at, q_start, weighed)
     return np.asarray((H + H.T) / 2.0)
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """The motion of a step; as of `Step`, with the hinge before the joints."""
-
-    stance: Array
-    motion: Array
-    double: DoubleSupportPart
 
 
 def _by_moves(span: float) -> Array:

@@ -25,13 +25,7 @@ from gaitopt.gait.constraint import (
 )
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
-from gaitopt.gait.double_step import (
-    DoubleStepModel,
-    double_cycle,
-    double_cycle_derivatives,
-    double_cycle_hessian,
-)
-from gaitopt.gait.double_support import Posture
+from gaitopt.gait.double_step import DoubleStepModel, double_cycle_hessian
 from gaitopt.gait.functions import check_function
 from gaitopt.gait.grid import STRIDE_EDGES, Grid, over_steps, parts
 from gaitopt.gait.parameters import (
@@ -176,14 +170,12 @@ class WalkProblem(NLP):
         self.read = {one for block in self.blocks for one in block.reads} | {*cost.reads}
         grids = (self.grid,) if one else parts(self.grid, self.edges, self.schedule.changes)
         steps = self.robots, self.layout, grids, self.read, self.schedule
-        self.models: tuple[StepModel, ...] = ()  # of the steps, that follow each other by impacts
-        self.closing: tuple[DoubleStepModel, ...] = ()  # or, with a double support, by lift-offs
+        self.models: tuple[StepModel | DoubleStepModel, ...]  # of the steps, in their order
         if self.schedule.closing:
-            self.closing = _models(DoubleStepModel, *steps)
+            self.models = _models(DoubleStepModel, *steps)
         else:
             self.models = _models(StepModel, *steps)
-        self.each: tuple[StepModel | DoubleStepModel, ...] = (*self.models, *self.closing)
-        self.model = self.each[0]
+        self.model: StepModel | DoubleStepModel = self.models[0]
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
         scales, lower, upper = (
@@ -260,7 +252,7 @@ class WalkProblem(NLP):
             return self._last_derivatives.whole
         if self._last_step is None or not np.array_equal(self._last_step.x, x):
             x = self.checked(x)
-            self._last_step = self._joined(x, self._evaluated(x.copy()))
+            self._last_step = self._joined(x, cycle(self.models, x.copy(), self.given))
         return self._last_step
 
     def checked(self, x: ArrayLike, what: str = "x") -> Array:
@@ -286,11 +278,6 @@ class WalkProblem(NLP):
         found = self._derivatives(x)
         return found.steps[0], found.derivatives[0]
 
-    def _evaluated(self, x: Array) -> tuple[Step, ...]:
-        if self.closing:
-            return double_cycle(self.closing, x)
-        return cycle(self.models, x, self.given)
-
     def _joined(self, x: Array, steps: tuple[Step, ...]) -> Step | Steps:
         return steps[0] if len(steps) == 1 else Stride(x, steps, self.task.pace)
 
@@ -307,7 +294,7 @@ class WalkProblem(NLP):
             if last is not None and np.array_equal(last.x, x):
                 known = [one.posture for one in self.steps(x)]
             x = self.checked(x)
-            steps, derivatives = self._differentiated(x, known)
+            steps, derivatives = cycle_derivatives(self.models, x, known, self.given)
             whole, jacobians = self._joined(x, steps), self._together(derivatives)
             self._last_derivatives = _Derivatives(x, whole, steps, derivatives, jacobians)
         return self._last_derivatives
@@ -443,13 +430,6 @@ class WalkProblem(NLP):
             H = H + mixed + mixed.T
         return H
 
-    def _differentiated(
-        self, x: Array, known: list[Posture] | None
-    ) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
-        if self.closing:
-            return double_cycle_derivatives(self.closing, x, known)
-        return cycle_derivatives(self.models, x, known, self.given)
-
     def _bent(self, found: _Derivatives, weights: StepWeights) -> Array:
         """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
         if isinstance(found.whole, Step):
@@ -469,9 +449,10 @@ class WalkProblem(NLP):
         derivatives: Sequence[StepDerivatives],
         weights: Sequence[dict[Quantity, Array]],
     ) -> Array:
-        if self.closing:
-            return double_cycle_hessian(self.closing, steps, derivatives, weights)
-        return cycle_hessian(self.models, steps, derivatives, weights, self.given is None)
+        if closing := [one for one in self.models if isinstance(one, DoubleStepModel)]:
+            return double_cycle_hessian(closing, steps, derivatives, weights)
+        models = [one for one in self.models if isinstance(one, StepModel)]
+        return cycle_hessian(models, steps, derivatives, weights, self.given is None)
 
     def describe(self, row: int) -> str:
         at = self.address(row)

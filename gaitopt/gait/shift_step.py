@@ -35,10 +35,8 @@ from gaitopt.mechanics.closed_chain import (
     taken_hessian,
     taken_jacobian,
 )
-from gaitopt.mechanics.impact import ImpactState
 from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.mechanics.single_support import SupportState
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.model.scales import Scales
@@ -168,20 +166,18 @@ class ShiftStepModel(StepModel):
         motion, axes = self.closed.motion(np.ascontiguousarray(free), self.sole)
         return ClosedMotion(motion, axes, _NOTHING, np.zeros((0, 0)))
 
-    def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> Course:
+    def _course(self, opening: Opening, ending: Landing, before: Landing) -> Course:
         del before  # it begins at rest
         assert isinstance(opening, _ShiftOpening)
         z, T, n = opening.z, float(opening.geometry[DURATION]), self.layout.joints
         q, knots = opening.posture.q_start, z[self.layout.knots].reshape(-1, n)
         free = np.zeros((self.knots.size + 2, TWIST))
         free[0], free[_POSTURE] = self.shift.q[FREE], opening.shift[:TWIST]
-        free[3:-2] = np.vstack([q, knots, landing.q_end])[:, FREE]
-        free[-1] = landing.rate_before[FREE]
+        free[3:-2] = np.vstack([q, knots, ending.q_end])[:, FREE]
+        free[-1] = ending.rate_before[FREE]
         leaves = self._closed((self._leaving.at(T) @ free).swapaxes(0, 1))
         closed = self._closed((self._free.at(T) @ free).swapaxes(0, 1))
-        coefficients = np.vstack(
-            [q, knots, landing.q_end, leaves.motion[1, 0], landing.rate_before]
-        )
+        coefficients = np.vstack([q, knots, ending.q_end, leaves.motion[1, 0], ending.rate_before])
         motion = self._motion(coefficients, opening.geometry)
         motion[:, self.both] = closed.motion
         first, last = self.shift.ends
@@ -195,11 +191,6 @@ class ShiftStepModel(StepModel):
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
         motion = self.basis.at((1.0 - self.shift.share) * float(geometry[DURATION])) @ coefficients
         return np.ascontiguousarray(motion.swapaxes(0, 1))
-
-    def _on_stance(self, course: Course, support: SupportState) -> SupportState:
-        assert course.double is not None
-        own = course.double.without_front(support.effort, self.both)
-        return SupportState(own, support.corners)
 
     def swing_duration(self, step: Step) -> float:
         """Return for how long one foot swings [s]."""

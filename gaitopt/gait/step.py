@@ -270,7 +270,8 @@ class StepDerivatives:
     """Derivatives of a step with respect to x.
 
     Attributes:
-        posture, impact, support, optional: the local derivatives they are made of.
+        posture, impact, support, optional: the local derivatives they are made of; no impact where
+            a double support ends the step.
         coefficients: of the spline coefficients, shape (k + 4, n, P).
         motion: of (q, dq, ddq) at each instant, each of them with the foot's turns in front, shape
             (N, 3 (h + n), P).
@@ -283,7 +284,7 @@ class StepDerivatives:
     """
 
     posture: PostureDerivatives
-    impact: ImpactDerivatives
+    impact: ImpactDerivatives | None
     support: SupportDerivatives
     optional: dict[Quantity, PostureQuantityDerivatives]
     coefficients: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))

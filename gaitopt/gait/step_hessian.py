@@ -347,13 +347,14 @@ def _impact_vjp(
     of_twist, turn = first[quantities.SOLE_TWIST][0], step.turn
     if turn is not None:
         of_twist = turn.place.toActionMatrix().T @ of_twist
-    of_impulse = first[quantities.IMPULSE][0]
+    of_impulse, slopes = first[quantities.IMPULSE][0], derivatives.impact
+    assert slopes is not None
     parts = [of_twist, E.T @ on_next_start, of_impulse]
     if step.landed is not None:
         parts = [*parts[:2], step.landed.on_ground.T @ of_impulse, on_next_turns[0][-1:]]
     after = np.concatenate(parts)
     impact = model.impact.weighted(
-        step.q_end, step.rate_before, step.impact, derivatives.impact, after,
+        step.q_end, step.rate_before, step.impact, slopes, after,
         None if turn is None else turn.twist,
     )  # fmt: skip
-    return derivatives.impact.posture.T @ after, impact
+    return slopes.posture.T @ after, impact

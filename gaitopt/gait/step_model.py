@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +60,6 @@ from gaitopt.gait.step import (
     gap_products,
     with_foot,
 )
-from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.impact import (
     FlatImpact,
     FlatJump,
@@ -72,7 +71,6 @@ from gaitopt.mechanics.impact import (
 from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
 from gaitopt.mechanics.single_support import (
     SingleSupport,
-    SupportDerivatives,
     SupportState,
     standing_robot,
 )
@@ -81,6 +79,7 @@ from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
 T = TypeVar("T")
+E = TypeVar("E", bound="Ending")
 
 
 @dataclass(frozen=True)
@@ -98,8 +97,65 @@ class Opening:
     posture: Posture
 
 
-class StepModelBase(ABC):
-    """What steps with and without a double support have in common: all but their course."""
+@dataclass(frozen=True)
+class Ending:
+    """The end of a step.
+
+    Attributes:
+        q_end: posture, shape (n,).
+        yaw_end: foot yaw at the start of the next step [rad].
+        slopes: derivatives of the impact; None where there is none, or they are not wanted.
+    """
+
+    q_end: Array
+    yaw_end: float
+    slopes: ImpactDerivatives | None
+
+
+@dataclass(frozen=True)
+class Landing(Ending):
+    """The end of a step by an impact.
+
+    Attributes:
+        rate_before, turn, impact, landed: as of `Step`.
+    """
+
+    rate_before: Array
+    turn: Turning | None
+    impact: ImpactState
+    landed: Turning | None
+
+
+@dataclass(frozen=True)
+class Course:
+    """The motion of a step.
+
+    Attributes:
+        coefficients, motion: as of `Step`.
+        foot, flat, double: its `foot_motion`, `flat` and `double`.
+    """
+
+    coefficients: Array
+    motion: Array
+    foot: Array
+    flat: FlatJump | None = None
+    double: DoubleSupportPart | None = None
+
+    @cached_property
+    def whole(self) -> Array:
+        """The stance foot's motion, then the joints', shape (3, N, h + n)."""
+        return with_foot(self.foot, self.motion)
+
+
+class StepModelBase(ABC, Generic[E]):
+    """What steps with and without a double support have in common: all but their course.
+
+    A step begins with an `Opening`, and with what ended the step before it, there exchanged; its
+    own end is of the kind E, a `Landing` or the lift-off that ends a double support.
+    """
+
+    both: NDArray[np.bool_]
+    """At which instants both feet stand, shape (N,), of steps with a double support."""
 
     def __init__(
         self,
@@ -152,6 +208,94 @@ class StepModelBase(ABC):
     @abstractmethod
     def _prepare(self) -> None:
         """Prepare what depends on the course of the step, and not on x."""
+
+    @abstractmethod
+    def ending(self, opening: Opening, following: Opening, slopes: bool) -> E:
+        """Return the end of the step, from its start and that of the next step, there exchanged.
+
+        Args:
+            slopes: whether the derivatives of an impact are wanted.
+        """
+
+    @abstractmethod
+    def _course(self, opening: Opening, ending: E, before: E) -> Course:
+        """Return the motion; `before` is the end of the step before, there exchanged."""
+
+    @abstractmethod
+    def _at_end(
+        self, opening: Opening, ending: E, course: Course
+    ) -> tuple[Array, ImpactState, Turning | None, Turning | None]:
+        """Rates before the impact, this, and how the rear and the front foot turn then."""
+
+    @abstractmethod
+    def ending_in_x(
+        self, step: Step, local: StepDerivatives, q_end: Array, following: StepModelBase[E] | None
+    ) -> Array:
+        """Return the derivatives in x of what the step leaves to the next one.
+
+        Args:
+            step, local: with its local derivatives.
+            q_end: of the posture, shape (n, P).
+            following: the next step; None: its start is given.
+        """
+
+    @abstractmethod
+    def chain(
+        self,
+        step: Step,
+        local: StepDerivatives,
+        q: tuple[Array, Array],
+        ends: tuple[Array, Array],
+        before: E,
+        following: StepModelBase[E] | None,
+    ) -> StepDerivatives:
+        """Return the derivatives of a step in x, from the local ones.
+
+        Args:
+            step, local, following: as of `ending_in_x`.
+            q: of the postures at its ends, shape (n, P) each.
+            ends: of its end and of that of the step before, as of `ending_in_x`.
+            before: end of the step before.
+        """
+
+    def course(self, opening: Opening, ending: E, before: E) -> Step:
+        """Return the whole step, from its start, its end, and the end of the step before."""
+        course = self._course(opening, ending, before)
+        support = self._support.state(*course.whole)
+        read = self._optional.values(self._optional.placed(course.whole[0]))
+        return self._step(opening, ending, course, support, read)
+
+    def course_derivatives(
+        self, opening: Opening, ending: E, before: E, posture: PostureDerivatives
+    ) -> tuple[Step, StepDerivatives]:
+        """Return the step as `course` does, and its local derivatives; `posture` of its start."""
+        course = self._course(opening, ending, before)
+        support, at_support = self._support.derivatives(*course.whole)
+        optional = self._optional.derivatives(
+            self._optional.placed(course.whole[0]), at_support.axes, at_support.motion.tangent
+        )
+        read = {what: reading.value for what, reading in optional.items()}
+        local = StepDerivatives(posture, ending.slopes, at_support, optional)
+        return self._step(opening, ending, course, support, read), local
+
+    def _step(
+        self,
+        opening: Opening,
+        ending: E,
+        course: Course,
+        support: SupportState,
+        read: dict[Quantity, Array],
+    ) -> Step:
+        if course.double is not None:
+            own = course.double.without_front(support.effort, self.both)
+            support = SupportState(own, support.corners)
+        rate_before, impact, turn, landed = self._at_end(opening, ending, course)
+        return Step(
+            opening.z, opening.geometry, opening.posture, ending.q_end, rate_before, impact,
+            course.coefficients, course.motion, support,
+            self._completed(read, opening, ending.yaw_end), course.foot, turn, landed,
+            flat=course.flat, double=course.double,
+        )  # fmt: skip
 
     def _start_in_x(self) -> Array:
         """Derivatives in x of what shapes the double support at the start, (b, P)."""
@@ -301,7 +445,7 @@ class StepModelBase(ABC):
         return found
 
 
-class StepModel(StepModelBase):
+class StepModel(StepModelBase[Landing]):
     """Evaluates steps of one robot on one grid; every result is a pure function of x."""
 
     def _prepare(self) -> None:
@@ -317,28 +461,6 @@ class StepModel(StepModelBase):
             # the posture there, and the rate of the foot, of which the jump is a function
             posture = range(first, first + self.layout.joints)
             self._at_flat = np.array([*posture, self.layout.landed.stop - 1])
-
-    def step(self, x: Array) -> Step:
-        """Return the step at x (P,), of a walk whose next step is this one again, exchanged.
-
-        Raises:
-            EvaluationError: a parameter is not finite, or a leg cannot reach.
-        """
-        return cycle((self,), x)[0]
-
-    def derivatives(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepDerivatives]:
-        """Return the step at x (P,) and its exact derivatives.
-
-        Args:
-            x: parameters.
-            posture: the double support at x, if a step there was computed before.
-
-        Raises:
-            EvaluationError: a parameter is not finite, or a leg cannot reach.
-        """
-        known = None if posture is None else (posture,)
-        steps, derivatives = cycle_derivatives((self,), x, known)
-        return steps[0], derivatives[0]
 
     @property
     def flat_impact(self) -> FlatImpact:
@@ -356,102 +478,40 @@ class StepModel(StepModelBase):
         """Return for how long one foot swings [s]."""
         return step.duration
 
-    def landing(self, opening: Opening, following: Opening) -> Landing:
-        """Return the end of the step and the impact, Eqs. (26) and (16) to (20).
-
-        Args:
-            opening: its start.
-            following: start of the next step, there exchanged.
-        """
-        q_end, rate_before, turn = self._end(opening.z, following.posture)
-        twist = None if turn is None else turn.twist
-        impact = self.impact.state(q_end, rate_before, twist)
-        return Landing(q_end, rate_before, turn, impact, self._landed(following, impact))
-
-    def landing_derivatives(
-        self, opening: Opening, following: Opening
-    ) -> tuple[Landing, ImpactDerivatives]:
-        """Return the end of the step as `landing` does, and the derivatives of the impact."""
-        q_end, rate_before, turn = self._end(opening.z, following.posture)
-        impact, at_impact = self.impact.derivatives(
-            q_end, rate_before, None if turn is None else turn.twist
+    def ending(self, opening: Opening, following: Opening, slopes: bool) -> Landing:
+        """Return the end of the step and the impact, Eqs. (26) and (16) to (20)."""
+        q_end, turn = self.exchange @ following.posture.q_start, self._turn_at_end(opening.z)
+        at = q_end, opening.z[self.layout.rates], None if turn is None else turn.twist
+        impact, derivatives = (
+            self.impact.derivatives(*at) if slopes else (self.impact.state(*at), None)
         )
-        landed = self._landed(following, impact)
-        return Landing(q_end, rate_before, turn, impact, landed), at_impact
+        landed = None
+        if self.line is not None:
+            angle = float(following.z[self.layout.landed][0])
+            landed = Turning(self.line, angle, impact.turn_rate)
+        yaw_end = float(following.geometry[FOOT_YAW])
+        return Landing(q_end, yaw_end, derivatives, at[1], turn, impact, landed)
 
-    def course(
-        self, opening: Opening, landing: Landing, before: ImpactState, yaw_end: float
-    ) -> Step:
-        """Return the whole step.
+    def _at_end(
+        self, opening: Opening, ending: Landing, course: Course
+    ) -> tuple[Array, ImpactState, Turning | None, Turning | None]:
+        del opening, course
+        return ending.rate_before, ending.impact, ending.turn, ending.landed
 
-        Args:
-            opening, landing: its start and its end.
-            before: the impact that it begins with, there exchanged.
-            yaw_end: foot yaw at the start of the next step [rad].
-        """
-        course = self._course(opening, landing, before)
-        support = self._support.state(*course.whole)
-        read = self._optional.values(self._optional.placed(course.whole[0]))
-        return self._step(opening, landing, course, support, read, yaw_end)
-
-    def course_derivatives(
-        self, opening: Opening, landing: Landing, before: ImpactState, yaw_end: float
-    ) -> tuple[Step, SupportDerivatives, dict[Quantity, PostureQuantityDerivatives]]:
-        """Return the step as `course` does, and the local derivatives at its instants."""
-        course = self._course(opening, landing, before)
-        whole = course.whole
-        support, at_support = self._support.derivatives(*whole)
-        optional = self._optional.derivatives(
-            self._optional.placed(whole[0]), at_support.axes, at_support.motion.tangent
-        )
-        read = {what: reading.value for what, reading in optional.items()}
-        return self._step(opening, landing, course, support, read, yaw_end), at_support, optional
-
-    def _end(self, z: Array, following: Posture) -> tuple[Array, Array, Turning | None]:
-        """Posture (26) and rates at the end of the step, and how the stance foot turns there."""
-        return self.exchange @ following.q_start, z[self.layout.rates], self._turn_at_end(z)
-
-    def _landed(self, following: Opening, impact: ImpactState) -> Turning | None:
-        """How the foot that has landed turns about the line on which it did."""
-        if self.line is None:
-            return None
-        angle = float(following.z[self.layout.landed][0])
-        return Turning(self.line, angle, impact.turn_rate)
-
-    def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> Course:
+    def _course(self, opening: Opening, ending: Landing, before: Landing) -> Course:
         z, geometry, flat = opening.z, opening.geometry, None
         rates = []
         if self._flat_impact is not None:
             *posture, rate = z[self._at_flat]
             flat = self._flat_impact.at(np.array(posture), float(rate))
             rates = [z[self.layout.flat], z[self.layout.flat] + flat.jump]
-        last = [*rates, landing.q_end, self.exchange @ before.rate_after, landing.rate_before]
+        rate_start = self.exchange @ before.impact.rate_after
+        last = [*rates, ending.q_end, rate_start, ending.rate_before]
         knots = z[self.layout.knots].reshape(-1, self.layout.joints)
         coefficients = np.concatenate([opening.posture.q_start[None], knots, last])
         motion = self._motion(coefficients, geometry)
-        foot = self._foot_motion(z, before.turn_rate, geometry)
+        foot = self._foot_motion(z, before.impact.turn_rate, geometry)
         return Course(coefficients, motion, foot, flat)
-
-    def _step(
-        self,
-        opening: Opening,
-        landing: Landing,
-        course: Course,
-        support: SupportState,
-        read: dict[Quantity, Array],
-        yaw_end: float,
-    ) -> Step:
-        return Step(
-            opening.z, opening.geometry, opening.posture, landing.q_end, landing.rate_before,
-            landing.impact, course.coefficients, course.motion, self._on_stance(course, support),
-            self._completed(read, opening, yaw_end), course.foot, landing.turn, landing.landed,
-            flat=course.flat, double=course.double,
-        )  # fmt: skip
-
-    def _on_stance(self, course: Course, support: SupportState) -> SupportState:
-        """Return the support without what a second foot that stands takes off; here none does."""
-        del course
-        return support
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
         """q, dq, ddq at the instants, shape (3, N, n), Eqs. (42)-(44)."""
@@ -466,15 +526,13 @@ class StepModel(StepModelBase):
             foot[:, :, column] = (turn.basis.at(geometry[DURATION]) @ turn.coefficients @ shape).T
         return foot
 
-    def impact_jacobian(self, step: Landing, impact: ImpactDerivatives, q_end: Array) -> Array:
-        """Return the derivatives of an impact in x, shape (12 + n, P), or (13 + n, P) on a line.
-
-        Args:
-            step: the end of the step.
-            impact: local derivatives.
-            q_end: derivatives of the posture there, shape (n, P).
-        """
-        matrix = self.chart.matrix
+    def ending_in_x(
+        self, step: Step, local: StepDerivatives, q_end: Array, following: object
+    ) -> Array:
+        """Return the derivatives of the impact, shape (12 + n, P), or (13 + n, P) on a line."""
+        del following
+        impact, matrix = local.impact, self.chart.matrix
+        assert impact is not None
         after = impact.posture @ q_end + impact.rate @ matrix[self.layout.rates]
         if impact.sole is not None and step.turn is not None:
             rate = matrix[self.layout.turn.stop - 1]
@@ -485,28 +543,20 @@ class StepModel(StepModelBase):
         self,
         step: Step,
         local: StepDerivatives,
-        q_start: Array,
-        q_end: Array,
-        after: Array,
-        before: Array,
-        turn_rate: float,
-        landing_angle: Array | None,
-        yaw_end: Array | None,
+        q: tuple[Array, Array],
+        ends: tuple[Array, Array],
+        before: Landing,
+        following: StepModelBase[Landing] | None,
     ) -> StepDerivatives:
-        """Return the derivatives of a step in x, from the local ones.
-
-        Args:
-            step: the step.
-            local: its local derivatives.
-            q_start, q_end: derivatives of the postures at its ends, shape (n, P).
-            after, before: of its impact, and of that before it, there exchanged, (12 + n, P).
-            turn_rate: that the impact before it leaves [rad/s].
-            landing_angle: derivatives of the landing foot's, shape (P,); None where it lands flat.
-            yaw_end: of the foot yaw at the start of the next step, shape (P,); None where fixed.
-        """
+        (q_start, q_end), (after, at_start), turn_rate = q, ends, before.impact.turn_rate
+        landing_angle, yaw_end = None, None if following is None else following.along("foot_yaw")
+        if following is None:  # its start is given, and constant
+            yaw_end = np.zeros(q_end.shape[1])
+        elif self.line is not None:
+            landing_angle = following.chart.matrix[following.layout.landed.start]
         matrix, n = self.chart.matrix, self.layout.joints
         knots = matrix[self.layout.knots].reshape(self.layout.postures, n, -1)
-        rate_start = self.exchange @ before[6 : 6 + n]
+        rate_start = self.exchange @ at_start[6 : 6 + n]
         rates, of_flat = [], np.zeros((0, matrix.shape[1]))
         if step.flat is not None:
             jump, of_flat = np.split(step.flat.along @ self.at_flat, [n])
@@ -514,7 +564,7 @@ class StepModel(StepModelBase):
         coefficients = np.concatenate(
             [q_start[None], knots, [*rates, q_end, rate_start, matrix[self.layout.rates]]]
         )
-        turns = self._shaped(step, turn_rate, before)
+        turns = self._shaped(step, turn_rate, at_start)
         motion = self._motion_jacobian(step, coefficients, turns)
         effort = self._effort_jacobian(step, local.support.effort, motion)
         impulse = self._impulse_jacobian(step, after[6 + n : 12 + n], landing_angle)
@@ -691,55 +741,21 @@ def _last(of_coefficients: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Landing:
-    """The end of a step and its impact; as of `Step`.
-
-    Attributes:
-        q_end, rate_before, turn, impact, landed: of the end of the step.
-    """
-
-    q_end: Array
-    rate_before: Array
-    turn: Turning | None
-    impact: ImpactState
-    landed: Turning | None
-
-
-@dataclass(frozen=True)
-class Course:
-    """The motion of a step.
-
-    Attributes:
-        coefficients, motion: as of `Step`.
-        foot, flat, double: its `foot_motion`, `flat` and `double`.
-    """
-
-    coefficients: Array
-    motion: Array
-    foot: Array
-    flat: FlatJump | None = None
-    double: DoubleSupportPart | None = None
-
-    @cached_property
-    def whole(self) -> Array:
-        """The stance foot's motion, then the joints', shape (3, N, h + n)."""
-        return with_foot(self.foot, self.motion)
-
-
-@dataclass(frozen=True)
 class Ends:
     """What steps that do not repeat begin with and end in, both given.
 
     Attributes:
-        before: the impact before the first step, there exchanged.
+        before: end of the step before the first one, there exchanged.
         after: start of the step after the last one, there exchanged.
     """
 
-    before: ImpactState
+    before: Landing
     after: Opening
 
 
-def cycle(models: Sequence[StepModel], x: Array, ends: Ends | None = None) -> tuple[Step, ...]:
+def cycle(
+    models: Sequence[StepModelBase[Any]], x: Array, ends: Ends | None = None
+) -> tuple[Step, ...]:
     """Return the steps of a walk that follow each other, the first again after the last.
 
     Each is seen from its own stance foot, as its mirror image where that is the other foot.
@@ -752,25 +768,31 @@ def cycle(models: Sequence[StepModel], x: Array, ends: Ends | None = None) -> tu
     Raises:
         EvaluationError: a parameter is not finite, or a leg cannot reach.
     """
-    openings = [model.opening(x) for model in models]
-    given = (None, None) if ends is None else (ends.before, ends.after)
-    following = after_each(openings, given[1])
-    landings = [
-        model.landing(opening, after)
-        for model, opening, after in zip(models, openings, following, strict=True)
-    ]
-    yaws = [float(one.geometry[FOOT_YAW]) for one in following]
-    befores = before_each([one.impact for one in landings], given[0])
     return tuple(
-        model.course(opening, landing, before, yaw)
-        for model, opening, landing, before, yaw in zip(
-            models, openings, landings, befores, yaws, strict=True
-        )
+        model.course(opening, ending, before)
+        for model, opening, ending, before in _begun(models, x, ends, None, False)
     )
 
 
+def _begun(
+    models: Sequence[StepModelBase[Any]],
+    x: Array,
+    ends: Ends | None,
+    known: Sequence[Posture] | None,
+    slopes: bool,
+) -> list[tuple[StepModelBase[Any], Opening, Any, Any]]:
+    """Return each step's model, start, end, and the end of the step before it."""
+    postures = [None] * len(models) if known is None else known
+    openings = [model.opening(x, at) for model, at in zip(models, postures, strict=True)]
+    following = after_each(openings, None if ends is None else ends.after)
+    each = zip(models, openings, following, strict=True)
+    endings = [model.ending(opening, after, slopes) for model, opening, after in each]
+    befores = before_each(endings, None if ends is None else ends.before)
+    return list(zip(models, openings, endings, befores, strict=True))
+
+
 def cycle_derivatives(
-    models: Sequence[StepModel],
+    models: Sequence[StepModelBase[Any]],
     x: Array,
     known: Sequence[Posture] | None = None,
     ends: Ends | None = None,
@@ -778,57 +800,36 @@ def cycle_derivatives(
     """Return the steps as `cycle` does, and their exact derivatives in x.
 
     Args:
-        models: of the steps.
-        x: parameters of the walk, shape (P,).
+        models, x, ends: as of `cycle`.
         known: the double supports at x, if they were computed before.
-        ends: of steps that do not repeat.
 
     Raises:
         EvaluationError: a parameter is not finite, or a leg cannot reach.
     """
-    postures = [None] * len(models) if known is None else known
-    openings = [model.opening(x, known) for model, known in zip(models, postures, strict=True)]
-    given = (None, None) if ends is None else (ends.before, ends.after)
-    following = after_each(openings, given[1])
-    landed = [
-        model.landing_derivatives(opening, after)
-        for model, opening, after in zip(models, openings, following, strict=True)
-    ]
-    landings = [landing for landing, _ in landed]
-    yaws = [float(one.geometry[FOOT_YAW]) for one in following]
-    befores = before_each([one.impact for one in landings], given[0])
+    begun = _begun(models, x, ends, known, True)
+    starts = [model.opening_derivatives(opening) for model, opening, *_ in begun]
     courses = [
-        model.course_derivatives(opening, landing, before, yaw)
-        for model, opening, landing, before, yaw in zip(
-            models, openings, landings, befores, yaws, strict=True
+        model.course_derivatives(opening, ending, before, posture)
+        for (model, opening, ending, before), (posture, _) in zip(begun, starts, strict=True)
+    ]
+    q_starts = [q for _, q in starts]
+    nothing = None if ends is None else np.zeros(q_starts[0].shape)  # what is given is constant
+    q_ends = [m.exchange @ q for m, q in zip(models, after_each(q_starts, nothing), strict=True)]
+    following = [*models[1:], models[0] if ends is None else None]
+    left = [
+        model.ending_in_x(step, local, q_end, after)
+        for model, (step, local), q_end, after in zip(
+            models, courses, q_ends, following, strict=True
         )
     ]
-    starts = [
-        model.opening_derivatives(opening) for model, opening in zip(models, openings, strict=True)
+    leaving = before_each(left, None if ends is None else np.zeros(left[0].shape))
+    derivatives = [
+        model.chain(
+            *courses[k], (q_starts[k], q_ends[k]), (left[k], leaving[k]), before, following[k]
+        )
+        for k, (model, _, _, before) in enumerate(begun)
     ]
-    nothing = None if ends is None else np.zeros(starts[0][1].shape)  # what is given is constant
-    q_starts = after_each([q for _, q in starts], nothing)
-    q_ends = [model.exchange @ q for model, q in zip(models, q_starts, strict=True)]
-    afters = [
-        model.impact_jacobian(landing, impact, q_end)
-        for model, (landing, impact), q_end in zip(models, landed, q_ends, strict=True)
-    ]
-    leaving = before_each(afters, None if ends is None else np.zeros(afters[0].shape))
-    angles = [None if m.line is None else m.chart.matrix[m.layout.landed.start] for m in models]
-    turned = [model.along("foot_yaw") for model in models]
-    yawed = after_each(turned, None if nothing is None else nothing[0])
-    derivatives = []
-    for k, model in enumerate(models):
-        step, support, optional = courses[k]
-        posture, q_start = starts[k]
-        local = StepDerivatives(posture, landed[k][1], support, optional)
-        derivatives.append(
-            model.chain(
-                step, local, q_start, q_ends[k], afters[k], leaving[k],
-                befores[k].turn_rate, after_each(angles)[k], yawed[k],
-            )
-        )  # fmt: skip
-    return tuple(step for step, _, _ in courses), tuple(derivatives)
+    return tuple(step for step, _ in courses), tuple(derivatives)
 
 
 def after_each(each: Sequence[T], last: T | None = None) -> list[T]:

@@ -57,7 +57,7 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.shift_step import SIZE as SHIFT_SIZE
 from gaitopt.gait.shift_step import Shift, ShiftStepModel, shift_names, shift_scale, while_shifting
 from gaitopt.gait.step import Jacobians, Step, StepDerivatives
-from gaitopt.gait.step_model import Ends, Opening, StepModel
+from gaitopt.gait.step_model import Ends, Landing, Opening, StepModel
 from gaitopt.gait.stride import Steps, StepsLayout, joined_blocks, side_by_side
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.impact import ImpactState
@@ -279,6 +279,8 @@ class TransitionProblem(WalkProblem):
     those of a walk; instants are shares of all steps, x has all their parameters, shape (P,).
     """
 
+    models: tuple[StepModel, ...]
+
     def __init__(self, robot: Robot, transition: TransitionTask, grid: Grid | None = None) -> None:
         task = transition.task
         robot = robot.on_ground(task.ground.down)
@@ -291,7 +293,7 @@ class TransitionProblem(WalkProblem):
         self._set_up(0.0)
         if transition.shift:
             self.models = (self._shifting(self.models[0]), *self.models[1:])
-            self.each, self.model = self.models, self.models[0]
+            self.model = self.models[0]
         self.given = self._given()
 
     def _shifting(self, model: StepModel) -> StepModel:
@@ -346,7 +348,8 @@ class TransitionProblem(WalkProblem):
         angles = finish.q if model.layout.lifted else finish.q[:0]
         posture = model.boundary.posture(finish.geometry, angles)
         after = Opening(np.zeros(0), finish.geometry, posture)
-        return Ends(ImpactState(before, np.zeros(6)), after)
+        impact = ImpactState(before, np.zeros(6))
+        return Ends(Landing(begin.q, 0.0, None, begin.rate_before, None, impact, None), after)
 
     def _joined(self, x: Array, steps: tuple[Step, ...]) -> TransitionSteps:
         return TransitionSteps(x, steps, float(self.transition.finish.geometry[STEP_LENGTH]))

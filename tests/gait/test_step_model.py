@@ -12,7 +12,7 @@ from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.parameters import GEOMETRY_NAMES
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step_model import StepModel
+from gaitopt.gait.step_model import StepModel, cycle, cycle_derivatives
 
 CHECKED = ("guess", "one posture", "everything free", "infeasible 43", "upright, everything free")
 TURNING = (
@@ -31,10 +31,10 @@ MIRRORED = ("pelvis_lateral", "foot_spacing", "pelvis_yaw", "pelvis_roll", "foot
 def test_every_quantity_has_its_slope(name):
     problem, x = walk(name).problem, walk(name).x
     scale = problem.variables.scale
-    slopes = problem.model.derivatives(x)[1].jacobians
+    slopes = cycle_derivatives(problem.models, x)[1][0].jacobians
 
     def everything(point):
-        step = problem.model.step(point)
+        step = cycle(problem.models, point)[0]
         return np.concatenate([step.read(what).ravel() for what in quantities.ALL])
 
     found = [jacobian_difference(everything, x, scale, h) for h in steps(1e-5)]
@@ -55,11 +55,13 @@ def test_every_quantity_has_its_slope(name):
 @at_walks
 def test_motion_has_its_slope(name):
     problem, x = walk(name).problem, walk(name).x
-    slope = problem.model.derivatives(x)[1].motion  # (N, 36, P)
+    slope = cycle_derivatives(problem.models, x)[1][0].motion  # (N, 36, P)
     scale = problem.variables.scale
     for part in range(3):
         found = [
-            jacobian_difference(lambda p, k=part: problem.model.step(p).motion[k], x, scale, h)
+            jacobian_difference(
+                lambda p, k=part: cycle(problem.models, p)[0].motion[k], x, scale, h
+            )
             for h in steps(1e-5)
         ]
         check_differences(slope[:, 12 * part : 12 * part + 12] * scale, found)
@@ -160,7 +162,7 @@ def test_the_mirrored_robot_walks_the_mirrored_step(robot, name):
 def test_the_slope_carries_the_step():
     problem, x = walk("guess").problem, walk("guess").x
     model = StepModel(problem.robot, problem.layout, problem.grid)
-    step, (with_slope, _) = model.step(x), model.derivatives(x)
+    (step,), ((with_slope,), _) = cycle((model,), x), cycle_derivatives((model,), x)
     assert relative_error(with_slope.motion, step.motion) < 1e-13
     assert relative_error(with_slope.support.effort, step.support.effort) < 1e-12
     assert relative_error(with_slope.impact.velocity, step.impact.velocity) < 1e-12
@@ -177,6 +179,6 @@ def test_a_step_that_is_none_is_refused(name, quantity, value):
     problem, x = walk(name).problem, walk(name).x.copy()
     x[problem.layout.index(quantity)] = value
     with pytest.raises(EvaluationError, match="is not a step"):
-        problem.model.step(x)
+        cycle(problem.models, x)[0]
     with pytest.raises(EvaluationError, match="is not a step"):
-        problem.model.derivatives(x)
+        cycle_derivatives(problem.models, x)
