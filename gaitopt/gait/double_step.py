@@ -329,13 +329,13 @@ class DoubleStepModel(StepModelBase[Closing]):
         self,
         step: Step,
         local: StepDerivatives,
-        q: tuple[Array, Array],
+        postures: tuple[Array, Array],
         ends: tuple[Array, Array],
         before: Closing,
         following: StepModelBase[Closing] | None,
     ) -> StepDerivatives:
         assert following is not None
-        (q_start, q_end), (liftoff, at_start) = q, ends
+        (q_start, q_end), (liftoff, at_start) = postures, ends
         left = before.liftoff.jacobian[0, self._rates] @ at_start[0]
         rate_start, geometry = self.exchange @ left, following.geometry_in_x
         double, layout, T = step.double, self.layout, step.duration

@@ -244,7 +244,7 @@ class StepModelBase(ABC, Generic[E]):
         self,
         step: Step,
         local: StepDerivatives,
-        q: tuple[Array, Array],
+        postures: tuple[Array, Array],
         ends: tuple[Array, Array],
         before: E,
         following: StepModelBase[E] | None,
@@ -253,7 +253,7 @@ class StepModelBase(ABC, Generic[E]):
 
         Args:
             step, local, following: as of `ending_in_x`.
-            q: of the postures at its ends, shape (n, P) each.
+            postures: of those at its ends, shape (n, P) each.
             ends: of its end and of that of the step before, as of `ending_in_x`.
             before: end of the step before.
         """
@@ -543,12 +543,12 @@ class StepModel(StepModelBase[Landing]):
         self,
         step: Step,
         local: StepDerivatives,
-        q: tuple[Array, Array],
+        postures: tuple[Array, Array],
         ends: tuple[Array, Array],
         before: Landing,
         following: StepModelBase[Landing] | None,
     ) -> StepDerivatives:
-        (q_start, q_end), (after, at_start), turn_rate = q, ends, before.impact.turn_rate
+        (q_start, q_end), (after, at_start), turn_rate = postures, ends, before.impact.turn_rate
         landing_angle, yaw_end = None, None if following is None else following.along("foot_yaw")
         if following is None:  # its start is given, and constant
             yaw_end = np.zeros(q_end.shape[1])
