@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from gaitopt.bounds import rounded
 from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.process import (
@@ -22,7 +24,7 @@ from gaitopt.cli.process import (
     refuse_options,
     stop_on_interrupt,
 )
-from gaitopt.cli.request import Request, make_request
+from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.results import (
     CHOICES,
     GAIT,
@@ -33,6 +35,7 @@ from gaitopt.cli.results import (
     save_elsewhere,
     write_results,
 )
+from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times, searched_times
@@ -59,10 +62,13 @@ from gaitopt.view.drawing_worker import DrawingWorker, mesh_files, spare_cores
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from gaitopt.sweep.speed_search import Fastest
+
 _ADVICE = (
     "; the solver stopped before an optimum was proven: try other starts (--starts {}), or another "
     "--speed or --duration"
 )
+_MOST = 8  # constraints at their limits that are told
 
 
 def run(given: Settings, options: OptimiseOptions) -> None:
@@ -88,9 +94,7 @@ def run(given: Settings, options: OptimiseOptions) -> None:
 
                     print_doubts(_screen(stderr=True), request)
                 if options.fastest:
-                    from gaitopt.cli.fastest import fastest_walk
-
-                    request, found = fastest_walk(request, _screen(stderr=True), quiet)
+                    request, found = _fastest_walk(request, quiet)
                 else:
                     found = _search(request, quiet, second)
         except (KeyboardInterrupt, StoppedError) as error:
@@ -291,3 +295,61 @@ def _search(request: Request, quiet: bool, second: SecondStart | None) -> Design
             "finished",
         )
     return found
+
+
+def _fastest_walk(request: Request, quiet: bool) -> tuple[Request, Design]:
+    """Search the fastest walk; return it with the request that would lead to it.
+
+    Raises:
+        InputError: first guesses were asked for, which this search makes itself.
+        NoGaitFoundError: there is no walk at the speed to begin with.
+        StoppedError: Ctrl-C was pressed before there was a walk.
+    """
+    from gaitopt.sweep.speed_search import fastest
+
+    if "starts" in request.settings or request.start is not None:
+        raise InputError(
+            "--fastest starts each walk from a slower one; leave out --start, --starts, --seed and "
+            "--sigma, here and in the configuration file"
+        )
+
+    def task_at(speed: float) -> Task:
+        return make_task({**request.settings, "speed": speed}, request.robot)
+
+    def tell(speed: float, found: Design | None) -> None:
+        unit = request.task.cost_unit
+        result = "no walk" if found is None else f"J = {found.solution.cost:.1f} {unit}"
+        if not quiet:
+            _screen(stderr=True).print(f"{speed:.3f} m/s: {result}")
+
+    with stop_on_interrupt() as stop:
+        best = fastest(
+            request.robot, task_at, request.task.speed, request.options, on_try=tell, stop=stop
+        )
+    found = best.design
+    if best.interrupted:
+        found = replace(found, solution=replace(found.solution, status=Status.INTERRUPTED))
+        _warn(
+            "interrupted",
+            f"{best.speed:g} m/s is the fastest walk so far; the search for a faster one was not "
+            "finished",
+        )
+    if not quiet:
+        for line in limit_lines(best):
+            _screen(stderr=True).print(line, soft_wrap=True)
+    settings = {**request.settings, "speed": best.speed}
+    return replace(request, task=task_at(best.speed), settings=settings), found
+
+
+def limit_lines(best: Fastest) -> list[str]:
+    """Return what ended the search, and a line for each constraint at its limit."""
+    rows = [row for row in best.design.certificate.constraints if row.sentence in best.binding]
+    lines = [f"no walk was found at {best.refused:.3f} m/s"] if isfinite(best.refused) else []
+    lines += [f"at their limits at {best.speed:.3f} m/s:"] if rows else []
+    lines += [f"- {_at_limit(row)}" for row in rows[:_MOST]]
+    return lines + ([f"- and {len(rows) - _MOST} more"] if len(rows) > _MOST else [])
+
+
+def _at_limit(row: WorstRow) -> str:
+    when = "" if row.time is None else f" at {row.time:.3f} s"
+    return f"{row.row}{when}: {rounded(row.value)} {row.unit}, limit {rounded(row.limit)}"

@@ -161,8 +161,7 @@ def _complete(name: str, kind: type, work: str, panels: Panels | None) -> Any:
     alone = typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
     )
-    how = PlainCommand if panels is None else HelpfulCommand
-    alone.command(name, cls=how, context_settings=CONTEXT)(call)
+    alone.command(name, cls=_Command, context_settings=CONTEXT)(call)
     command: Any = typer.main.get_command(alone)
     command.settings, command.known = settings, known
     for option in command.params:
@@ -261,27 +260,44 @@ _NAMED_BY = {
 """Options whose values people type without them, by what such values look like."""
 
 
-class PlainCommand(_QuickHelp, TyperCommand):
-    """A command with options of its own alone.
+class _Command(_QuickHelp, TyperCommand):
+    """A command whose help says what holds where an option is not given.
+
+    `--help` shows the usual ones of the configuration, `--help-all` every one.
 
     Attributes:
         known: settings that its options stand for, by name.
+        settings: of the configuration among them, by name.
     """
 
     known: Mapping[str, Setting]
+    settings: Mapping[str, Setting]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Show the help of a copy of the command that says the defaults."""
+        """Show the help of a copy of the command with defaults and allowed names."""
         command = copy(self)
-        command.params = [self._defaulted(one) for one in self.params]
-        super(PlainCommand, command).format_help(ctx, formatter)
+        command.params = [self._shown(one, ctx.meta.get(_ALL, False)) for one in self.params]
+        hidden = sum(one.hidden for one in command.params if isinstance(one, TyperOption))
+        said = [_WHOSE] if "speed" in self.settings else []
+        if hidden:
+            said.append(f"There are {hidden} more options: {ctx.command_path} --help-all.")
+        command.epilog = " ".join(said)
+        super(_Command, command).format_help(ctx, formatter)
 
-    def _defaulted(self, option: Any) -> Any:
+    def _shown(self, option: Any, every: bool) -> Any:
+        """Return an option as the help shows it."""
         setting = self.known.get(option.name)
-        if setting is None or setting.kind == FLAG or setting.default in (None, (), {}):
+        if setting is None:
             return option
-        changed = copy(option)
-        changed.default, changed.show_default = setting.default, True
+        changed, flag = copy(option), setting.kind == FLAG
+        if option.name in self.settings:
+            changed.hidden = not (every or setting.common)
+            if setting.names:
+                changed.help = f"{option.help} One of {', '.join(setting.names)}."
+        elif flag:
+            return option
+        if setting.default not in ((None,) if flag else (None, (), {})):
+            changed.default, changed.show_default = setting.default, True
         return changed
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -301,42 +317,6 @@ class PlainCommand(_QuickHelp, TyperCommand):
             meant = "" if option is None else f"; did you mean --{option} {rest[0]}?"
             ctx.fail(f"Got unexpected extra argument(s) ({words}){meant}")
         return rest
-
-
-class HelpfulCommand(PlainCommand):
-    """A command whose options all default to "not given"; its help says what then holds.
-
-    `--help` shows the usual ones, `--help-all` every one.
-
-    Attributes:
-        settings: of the configuration among them, by name.
-    """
-
-    settings: Mapping[str, Setting]
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Show the help of a copy of the command with defaults and allowed names."""
-        command = copy(self)
-        command.params = [self._shown(one, ctx.meta.get(_ALL, False)) for one in self.params]
-        hidden = sum(one.hidden for one in command.params if isinstance(one, TyperOption))
-        said = [_WHOSE] if "speed" in self.settings else []
-        if hidden:
-            said.append(f"There are {hidden} more options: {ctx.command_path} --help-all.")
-        command.epilog = " ".join(said)
-        PlainCommand.format_help(command, ctx, formatter)
-
-    def _shown(self, option: Any, every: bool) -> Any:
-        """Return an option as the help shows it."""
-        setting = self.settings.get(option.name)
-        if setting is None:
-            return option
-        changed = copy(option)
-        changed.hidden = not (every or setting.common)
-        if setting.kind == FLAG and setting.default is not None:
-            changed.default, changed.show_default = setting.default, True
-        if setting.names:
-            changed.help = f"{option.help} One of {', '.join(setting.names)}."
-        return changed
 
 
 def _show_all(ctx: typer.Context, wanted: bool) -> None:

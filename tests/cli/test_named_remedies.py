@@ -29,7 +29,7 @@ def accepted(cli, monkeypatch, tmp_path):
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(optimise, "_search", stop)
-    monkeypatch.setattr("gaitopt.cli.fastest.fastest", stop)
+    monkeypatch.setattr("gaitopt.sweep.speed_search.fastest", stop)
     monkeypatch.setattr("gaitopt.cli.sweep.sweep", stop)
 
     def ask(text: str) -> str:

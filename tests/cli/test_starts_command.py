@@ -144,7 +144,7 @@ def test_a_second_start_is_begun_where_it_is_sure_to_be_made_next(
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     monkeypatch.setattr(threading, "active_count", lambda: threads)
     monkeypatch.setattr(optimise_command, "_search", interrupt)
-    monkeypatch.setattr("gaitopt.cli.fastest.fastest_walk", interrupt)
+    monkeypatch.setattr("gaitopt.cli.optimise._fastest_walk", interrupt)
     result = CliRunner().invoke(app, ["optimise", *words])
     assert result.exit_code == 130, result.stderr
     assert len(begun) == count

@@ -9,7 +9,7 @@ from rich.console import Console
 from gaitopt import load_gait
 from gaitopt.bounds import rounded
 from gaitopt.cli.display import ProgressDisplay, screen
-from gaitopt.cli.fastest import limit_lines
+from gaitopt.cli.optimise import limit_lines
 from gaitopt.cli.process import StopRequest
 from gaitopt.cli.report import certificate_table, print_gait
 from gaitopt.cli.robots import _short
