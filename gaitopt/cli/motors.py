@@ -8,7 +8,6 @@ columns of their own, forces in N and speeds in m/s.
 
 from __future__ import annotations
 
-import csv
 import io
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -47,6 +46,7 @@ from gaitopt.errors import GaitFileError, InputError, MissingExtraError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.sweep.library import open_library
+from gaitopt.sweep.table import csv_bytes
 from gaitopt.units import RPM, motion_words
 
 ALL = "all"
@@ -113,9 +113,7 @@ def _write(
     """Write requirements in the form that the suffix names, atomically."""
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        buffer = io.StringIO()
-        csv.writer(buffer, lineterminator="\n").writerows(_table(each, worst, uses))
-        return write_atomically(path, buffer.getvalue().encode())
+        return write_atomically(path, csv_bytes(_table(each, worst, uses)))
     if suffix == ".toml":
         return write_atomically(path, tomli_w.dumps(_record(each, worst, uses)).encode())
     return write_atomically(path, _xlsx(each, worst, uses))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import astuple, fields
 
 from rich.table import Table
 
@@ -22,6 +20,7 @@ from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
+from gaitopt.sweep.table import csv_bytes
 
 _READABLE = {"m": (100.0, "cm"), "rad": (57.29577951308232, "°"), "s": (1000.0, "ms"),
              "of itself": (100.0, "%"), "kg·m²": (1e4, "kg·cm²")}  # fmt: skip
@@ -54,11 +53,9 @@ def run(asked: SensitivityOptions) -> None:
     for text in report.doubts:
         warn(out, "note", text)
     if output is not None:
-        table = io.StringIO(newline="")
-        writer = csv.DictWriter(table, [one.name for one in fields(Sensitivity)])
-        writer.writeheader()
-        writer.writerows(asdict(one) for one in report.found)
-        written = write_atomically(output, table.getvalue().encode())
+        header = [one.name for one in fields(Sensitivity)]
+        table = csv_bytes([header, *(astuple(one) for one in report.found)])
+        written = write_atomically(output, table)
         out.print(f"wrote {written}", soft_wrap=True)
 
 

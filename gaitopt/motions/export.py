@@ -7,7 +7,6 @@ arrays, units and frames of motions, and who reads them.
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import re
@@ -16,6 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
@@ -31,7 +31,7 @@ from gaitopt.motions.motion import SCALAR_FIRST, Motion, motion
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.library import Library, open_library
-from gaitopt.sweep.table import Row
+from gaitopt.sweep.table import Row, csv_bytes
 from gaitopt.units import motion_words
 
 _JOINTS = ("q", "dq", "ddq", "torque")
@@ -124,13 +124,9 @@ def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
         blocks.append(samples[name])
     header += [f"{name} [{'N' if 'force' in name else 'N.m'}]" for name in _WRENCH]
     header += ["cop_x [m]", "cop_y [m]"]
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(header)
-    # 17 significant digits: reading the text gives the same number
     rows = np.hstack([*blocks, samples["ground_wrench"], samples["cop"]])
-    writer.writerows([[f"{value:.17g}" for value in row] for row in rows])
-    return buffer.getvalue()
+    # 17 significant digits: reading the text gives the same number
+    return _table_text(header, rows, 17).decode()
 
 
 def json_text(gait: Gait, samples: Mapping[str, Array]) -> str:
@@ -500,9 +496,12 @@ def bezier_record(motion: Motion) -> dict[str, object]:
         dq = at.dq[:, motion.rows]
         curve = _bezier(joints, dq[[0, -1]] * T)
         worst = max(worst, float(np.abs(bernstein(share, _DEGREE) @ curve - joints).max()))
-        velocity = (attitude.apply(at.base_twist[:, :3]), at.base_twist[:, 3:])
-        rates = np.hstack([velocity[0], _euler_rates(euler, velocity[1])])
-        track = _bezier(np.hstack([base, euler]), rates[[0, -1]] * T)
+        velocity = attitude.apply(at.base_twist[:, :3])
+        rates = [
+            np.append(velocity[end], pin.rpy.computeRpyJacobianInverse(euler[end], pin.LOCAL) @ own)
+            for end, own in ((0, at.base_twist[0, 3:]), (-1, at.base_twist[-1, 3:]))
+        ]
+        track = _bezier(np.hstack([base, euler]), np.array(rates) * T)
         landing = (at.sole[-1, 1 - foot, :3, 3] - stance[:3, 3]) @ turn.T
         found[side] = {
             "coeff_jt": curve.ravel().tolist(),
@@ -540,21 +539,6 @@ def _bezier(values: Array, rates: Array) -> Array:
     return points
 
 
-def _euler_rates(euler: Array, own: Array) -> Array:
-    """Return the rates of roll, pitch, yaw (N, 3) for angular velocities in the body's axes."""
-    roll, pitch = euler[:, 0], euler[:, 1]
-    p, q, r = own.T
-    swing = q * np.sin(roll) + r * np.cos(roll)
-    return np.stack(
-        [
-            p + swing * np.tan(pitch),
-            q * np.cos(roll) - r * np.sin(roll),
-            swing / np.cos(pitch),
-        ],
-        axis=1,
-    )
-
-
 def _npz(arrays: Callable[[Motion], Mapping[str, Array]]) -> Callable[[Motion], bytes]:
     def content(motion: Motion) -> bytes:
         buffer = io.BytesIO()
@@ -567,10 +551,7 @@ def _npz(arrays: Callable[[Motion], Mapping[str, Array]]) -> Callable[[Motion], 
 def _table_text(header: Sequence[str], rows: Array, digits: int) -> bytes:
     """Return a table as comma-separated values, with a header unless it is empty."""
     form = ",".join([f"%.{digits}g"] * rows.shape[1]) + "\n"
-    head = io.StringIO()
-    if header:
-        csv.writer(head, lineterminator="\n").writerow(header)
-    parts = [head.getvalue().encode()]
+    parts = [csv_bytes([header] if header else [])]
     for begin in range(0, len(rows), _AT_ONCE):  # as floats of Python rows take four times as much
         block = rows[begin : begin + _AT_ONCE].tolist()
         parts.append("".join(form % tuple(row) for row in block).encode())
@@ -769,7 +750,10 @@ def export_library(
             told |= {"step_length": gait.step_length, "cost": gait.cost}
             line = {**told, **line}  # what was swept over to the digit that was asked for
         rows.append({**line, "status": row.get("status")})
-    return write_atomically(folder / INDEX, _index_text(rows, axes))
+    known = ["speed", "lateral_speed", "turn_rate", "duration", "step_length", "cost", "status"]
+    columns = dict.fromkeys(["file", *axes, *known])
+    table = csv_bytes([columns, *([row.get(name) for name in columns] for row in rows)])
+    return write_atomically(folder / INDEX, table)
 
 
 def _content(
@@ -807,14 +791,3 @@ def _file_names(
                 "a library of Bezier curves has one gait a velocity: sweep the speed alone"
             )
     return {point: f"v_{k + 1}_1{form.suffix}" for k, point in enumerate(order)}
-
-
-def _index_text(rows: list[Row], axes: list[str]) -> bytes:
-    known = ["speed", "lateral_speed", "turn_rate", "duration", "step_length", "cost", "status"]
-    columns = dict.fromkeys(["file", *axes, *known])
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow(["" if row.get(c) is None else row[c] for c in columns])
-    return buffer.getvalue().encode()

@@ -169,6 +169,13 @@ def columns(rows: Iterable[Row]) -> list[str]:
     return list(dict.fromkeys(name for row in fullest_first for name in row))
 
 
+def csv_bytes(rows: Iterable[Iterable[object]]) -> bytes:
+    """Return rows as comma-separated values, None as nothing between commas."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()
+
+
 def write_table(rows: Sequence[Row], directory: Path) -> list[Path]:
     """Write the table as CSV, and as Parquet if pyarrow is installed; return what was written.
 
@@ -176,11 +183,7 @@ def write_table(rows: Sequence[Row], directory: Path) -> list[Path]:
         InputError: the directory cannot be written.
     """
     names = columns(rows)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, names, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    data = text.getvalue().encode()
+    data = csv_bytes([names, *([row.get(name) for name in names] for row in rows)])
     written = [write_atomically(directory / CSV, data)]
     table = _parquet(data, {name: [row.get(name) for row in rows] for name in names})
     if table is not None:
