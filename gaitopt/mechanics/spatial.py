@@ -69,6 +69,12 @@ def apply(matrices: Array, vectors: Array) -> Array:
     return np.asarray(np.einsum("...ij,...j->...i", matrices, vectors))
 
 
+def turned(rotations: Array, pairs: Array) -> Array:
+    """Return motions or forces (..., 6) with both parts turned by rotations (..., 3, 3)."""
+    parts = pairs.reshape(*pairs.shape[:-1], 2, 3)
+    return np.asarray(np.einsum("...ij,...kj->...ki", rotations, parts).reshape(pairs.shape))
+
+
 def cross(a: Array, b: Array) -> Array:
     """Return a x b for stacks of vectors (..., 3)."""
     return apply(skew(a), b)

@@ -30,7 +30,7 @@ from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.report import listed
 from gaitopt.importers.xml_document import as_numbers, parse_xml
-from gaitopt.mechanics.spatial import upright
+from gaitopt.mechanics.spatial import turned, upright
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.nlp import Array
 
@@ -306,21 +306,19 @@ class Motion:
     @cached_property
     def base_velocity(self) -> Array:
         """Linear [m/s] and angular velocity [rad/s] of the base in the world, shape (T, 6)."""
-        return _turned(self.base_rotation, self.samples.base_twist)
+        return turned(self.base_rotation, self.samples.base_twist)
 
     @cached_property
     def base_acceleration(self) -> Array:
         """Time derivative of `base_velocity`, shape (T, 6)."""
         twist, change = self.samples.base_twist, self.samples.base_acceleration.copy()
         change[:, :3] += np.cross(twist[:, 3:], twist[:, :3])
-        return _turned(self.base_rotation, change)
+        return turned(self.base_rotation, change)
 
     @cached_property
     def foot_wrench(self) -> Array:
         """Force [N] and moment about the sole frames' origins [N·m] in the world, (T, 2, 6)."""
-        turn, own = self.samples.sole[..., :3, :3], self.samples.wrench
-        parts = [np.einsum("tfij,tfj->tfi", turn, own[..., k : k + 3]) for k in (0, 3)]
-        return np.concatenate(parts, axis=-1)
+        return turned(self.samples.sole[..., :3, :3], self.samples.wrench)
 
     @cached_property
     def body_motion(self) -> BodyMotion:
@@ -408,12 +406,6 @@ def _continuous(quaternion: Array) -> Array:
     first = np.where(quaternion[:1, ..., 3] < 0.0, -1.0, 1.0)
     signs = np.cumprod(np.concatenate([first, np.where(inner < 0.0, -1.0, 1.0)]), axis=0)
     return np.asarray(quaternion * signs[..., None])
-
-
-def _turned(rotation: Array, vectors: Array) -> Array:
-    """Return pairs of vectors (T, 6) turned by rotations (T, 3, 3)."""
-    pairs = np.einsum("tij,tkj->tki", rotation, vectors.reshape(-1, 2, 3))
-    return np.asarray(pairs.reshape(-1, 6))
 
 
 def _moving_bodies(motion: Motion) -> BodyMotion:

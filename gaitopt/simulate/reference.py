@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, TrajectorySamples
+from gaitopt.mechanics.spatial import turned
 from gaitopt.nlp import Array
 from gaitopt.simulate.mujoco_model import SimulatedRobot
 
@@ -177,7 +178,7 @@ class Reference:
         self.room: list[Array] = []
         for foot in (0, 1):
             samples = step_samples(trajectory, foot, count)
-            wrench = _in_world(samples.sole, samples.wrench)
+            wrench = turned(samples.sole[..., :3, :3], samples.wrench)
             found, place = [], trajectory.advance(foot)
             phases = trajectory.phases
             if foot == 1 and trajectory.second is not None:
@@ -243,14 +244,6 @@ def _turn(phases: tuple[TrajectoryPhase, ...], phase: int, time: float) -> Turn 
     # the twist is (point x axis, axis), the point nearest to the origin axis x linear
     point = np.cross(axis, linear)
     return Turn(point, axis, float(angle), float(rate), float(acceleration))
-
-
-def _in_world(sole: Array, wrench: Array) -> Array:
-    """Return wrenches about the soles' origins in the world's axes, shape (N, 2, 6)."""
-    rotation = sole[..., :3, :3]
-    parts = np.stack([wrench[..., :3], wrench[..., 3:]], axis=-2)
-    turned = np.einsum("nfij,nfpj->nfpi", rotation, parts)
-    return np.asarray(turned.reshape(wrench.shape))
 
 
 def _target(

@@ -10,6 +10,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import MIRRORED_WRENCH, Trajectory
 from gaitopt.mechanics.single_support import passive_torque
+from gaitopt.mechanics.spatial import turned
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.nlp import Array
 from gaitopt.simulate.mujoco_model import SimulatedRobot, simulated_robot
@@ -99,8 +100,7 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         foot = int(samples.standing[row])
         J, needed = robot.sole_jacobian(data, foot), data.qfrc_inverse
         if samples.contact[row, 1 - foot]:  # how both share the load is the gait's choice
-            R, borne = robot.sole_axes(data, 1 - foot), samples.wrench[row, 1 - foot]
-            pushed = np.concatenate([R @ borne[:3], R @ borne[3:]])
+            pushed = turned(robot.sole_axes(data, 1 - foot), samples.wrench[row, 1 - foot])
             needed = needed - robot.sole_jacobian(data, 1 - foot).T @ pushed
         ground = np.linalg.solve(J[:, :6].T, needed[:6])
         torque[row] = (needed - J.T @ ground) @ robot.free(data.qpos)[:, 6:]
@@ -108,12 +108,12 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[np.arange(instants), samples.standing]
     begin = number * trajectory.step_duration
-    turned = MIRRORED_WRENCH if number == 1 else np.ones(6)
-    stated_impulse, after = own.impulse * turned, E @ own.rate_after
+    sides = MIRRORED_WRENCH if number == 1 else np.ones(6)
+    stated_impulse, after = own.impulse * sides, E @ own.rate_after
     if gait.striking:
         touch = begin + float(own.knots[-1])
         rate_after, impulse = _impact_inside(robot, data, trajectory, touch, True)
-        stated_impulse = np.concatenate([stated_impulse, own.rear_impulse * turned])
+        stated_impulse = np.concatenate([stated_impulse, own.rear_impulse * sides])
     else:
         rate_after, impulse = engine_impact(robot, data, 1 - number, gait)
     if gait.slapping:
@@ -121,7 +121,7 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         rate_after, impulse = (
             np.concatenate(p) for p in zip((rate_after, impulse), flat, strict=True)
         )
-        stated_impulse = np.concatenate([stated_impulse, own.rear_impulse * turned])
+        stated_impulse = np.concatenate([stated_impulse, own.rear_impulse * sides])
         after = np.concatenate([after, E @ own.flat_rates[1]])
     pace = float(np.linalg.norm(samples.base_twist[:, :3], axis=1).max())
     return {
@@ -143,9 +143,8 @@ def engine_impact(
     J, flat = robot.sole_jacobian(data, foot), np.eye(6)
     if gait.lands_on_line:
         twist = gait.landing_hinge
-        R = robot.sole_axes(data, foot)
         across = np.linalg.qr(twist[:, None], mode="complete")[0][:, 1:]
-        J = across.T @ np.concatenate([R.T @ J[:3], R.T @ J[3:]])
+        J = across.T @ _in_sole(robot, data, foot, J.T).T
         landed = gait.steps[foot % len(gait.steps)]  # the step that stands on that foot
         flat = pin.exp6(landed.landing_angle * twist).toDualActionMatrix() @ across
     after, impulse = _stopped(robot, data, J)
@@ -188,8 +187,7 @@ def _stopped(robot: SimulatedRobot, data: mujoco.MjData, J: Array) -> tuple[Arra
 
 
 def _in_sole(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:
-    R = robot.sole_axes(data, foot)
-    return np.concatenate([R.T @ wrench[:3], R.T @ wrench[3:]])
+    return turned(robot.sole_axes(data, foot).T, wrench)
 
 
 def _coulomb_friction(trajectory: Trajectory, q: Array, dq: Array) -> Array:
