@@ -64,7 +64,7 @@ def make_directory(path: Path) -> Path:
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise InputError(
             f"cannot make the directory '{path}': {reason_of(error)}; give one in a directory that "
             "exists and may be written"

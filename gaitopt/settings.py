@@ -9,14 +9,15 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import MISSING, field, fields
 from functools import cached_property, lru_cache, wraps
 from numbers import Integral, Real
+from os import PathLike
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from types import NoneType, SimpleNamespace, UnionType
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
@@ -325,6 +326,7 @@ def named_values(
 
 
 Kind = TypeVar("Kind", bound=type)
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool = True) -> Kind:
@@ -346,7 +348,7 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
             made(self, *args, **values)
         except OptionError:
             raise
-        except (TypeError, AttributeError, ValueError) as error:
+        except (TypeError, AttributeError, LookupError, ValueError) as error:
             _check_names(kind, made, args, values, elsewhere)
             if kinds:
                 _check_kinds(kind, self)
@@ -384,36 +386,119 @@ def _check_names(
         raise OptionError(f"{kind.__name__}: {error}; its options are {', '.join(names)}") from None
 
 
+def checked_arguments(function: Function) -> Function:
+    """Let a public function refuse arguments of another kind, or of no name, in words; return it.
+
+    The error is an `OptionError`, a TypeError too.
+    """
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def call(*args: Any, **values: Any) -> Any:
+        try:
+            given = signature.bind(*args, **values).arguments
+        except TypeError as error:
+            names = [name for name in signature.parameters if name not in ("self", "cls")]
+            wrong = next((name for name in values if name not in names), None)
+            hint = did_you_mean(wrong, names) if wrong else ""
+            raise OptionError(
+                f"{function.__name__}: {error}; {hint}its arguments are {', '.join(names)}"
+            ) from None
+        _refuse_kinds(function.__name__, _argument_kinds(function), given)
+        return function(*args, **values)
+
+    return cast("Function", call)
+
+
 def _check_kinds(kind: type, one: object) -> None:
-    for name, wanted in _hints(kind).items():
-        value = getattr(one, name, None)
-        if type(value) not in wanted and not any(_is_a(value, allowed) for allowed in wanted):
-            said = " or ".join(_SAID.get(allowed, allowed.__name__) for allowed in wanted)
-            raise OptionError(f"{kind.__name__}: {name} is {shown(value)}; give {said}")
+    hints = _hints(kind)
+    _refuse_kinds(kind.__name__, hints, {name: getattr(one, name, None) for name in hints})
 
 
-_SAID: dict[type, str] = {
-    float: "a number", int: "a whole number", bool: "True or False", str: "a text",
-    NoneType: "None", tuple: "a tuple or a list", Mapping: "a table by name",
-}  # fmt: skip
+def _refuse_kinds(of: str, hints: Mapping[str, Any], values: Mapping[str, object]) -> None:
+    for name, hint in hints.items():
+        if name in values and not _fits(plain(value := values[name]), hint):
+            raise OptionError(f"{of}: {name} is {shown(value)}; give {_said(hint)}")
 
 
 @lru_cache(maxsize=64)
-def _hints(kind: type) -> dict[str, tuple[type, ...]]:
-    """Return the classes that the values of the fields may be of; of fields of any kind nothing."""
-    found: dict[str, tuple[type, ...]] = {}
+def _hints(kind: type) -> dict[str, Any]:
+    """Return of which kinds the values of the fields may be."""
     hints = get_type_hints(kind)
-    for one in fields(kind):
-        hint = hints[one.name]
-        parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-        classes = tuple(get_origin(part) or part for part in parts)
-        if all(isinstance(part, type) for part in classes) and object not in classes:
-            found[one.name] = classes
-    return found
+    return {one.name: hints[one.name] for one in fields(kind)}
 
 
-def _is_a(value: object, allowed: type) -> bool:
-    if allowed in (float, int):
-        kind = Real if allowed is float else Integral
-        return isinstance(value, kind) and not isinstance(value, bool)
-    return isinstance(value, (tuple, list) if allowed is tuple else allowed)
+@lru_cache(maxsize=64)
+def _argument_kinds(function: Callable[..., Any]) -> dict[str, Any]:
+    """Return the same of arguments, but for kinds that type checkers alone know."""
+    hints = dict[str, Any]()
+    for name, one in inspect.signature(function).parameters.items():
+        if one.annotation is not one.empty and one.kind is not one.VAR_KEYWORD:
+            with suppress(NameError):
+                hints |= get_type_hints(
+                    SimpleNamespace(__annotations__={name: one.annotation}), function.__globals__
+                )
+    return hints
+
+
+_SAID: dict[Any, tuple[str, str]] = {
+    float: ("a number", "numbers"), int: ("a whole number", "whole numbers"),
+    bool: ("True or False", ""), str: ("a text", "texts"), NoneType: ("None", ""),
+    tuple: ("a tuple or a list", ""), Mapping: ("a table by name", ""), Path: ("a path", "paths"),
+    PathLike: ("a path", "paths"), Callable: ("a function", "functions"),
+    Sequence: ("a list", "lists"), Iterable: ("a list", "lists"), Collection: ("a list", "lists"),
+}  # fmt: skip
+"""What a value of a kind is called, and several of them in a list; empty for what says enough."""
+_EXAMPLES = {
+    "Robot": "a Robot, as Robot.from_urdf('robot.urdf')",
+    "Task": "a Task, as preset_task('humanoid', robot)",
+    "Gait": "a Gait: load_gait('walk.npz'), or .gait of a Design",
+    "Transition": "a Transition: load_transition('start.npz'), or .transition of its design",
+    "BipedSpec": "a BipedSpec, as biped13()",
+    "WalkProblem": "a WalkProblem, as WalkProblem(robot, task)",
+    "DesignOptions": "DesignOptions(...)",
+    "ImportOptions": "ImportOptions(...), or choices_from_toml('choices.toml')",
+}
+"""How to come by what a class of gaitopt holds."""
+_LISTS = (tuple, Sequence, Iterable, Collection)
+
+
+def _said(hint: Any) -> str:
+    kind, parts = get_origin(hint) or hint, get_args(hint)
+    if kind in (Union, UnionType):
+        return " or ".join(dict.fromkeys(map(_said, parts)))
+    if kind not in _SAID:
+        name: str = kind.__name__
+        return _EXAMPLES.get(name, name)
+    several = _several(parts[0]) if kind in _LISTS and parts else ""
+    return f"{_SAID[kind][0]}{several and ' of '}{several}"
+
+
+def _several(hint: Any) -> str:
+    if get_origin(hint) in (Union, UnionType):
+        return " or ".join(map(_several, get_args(hint)))
+    name: str = getattr(hint, "__name__", "")
+    return _SAID.get(hint, ("", name))[1]
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Return whether a value is of a kind; of one that nobody can tell anything is."""
+    kind, parts = get_origin(hint) or hint, get_args(hint)
+    if kind in (Union, UnionType):
+        return any(_fits(value, part) for part in parts)
+    untold = getattr(kind, "_is_protocol", False) and not hasattr(kind, "_is_runtime_protocol")
+    if not isinstance(kind, type) or kind is object or kind.__module__ == "numpy" or untold:
+        return True
+    if kind in (float, int):
+        number = Real if kind is float else Integral
+        return isinstance(value, number) and not isinstance(value, bool)
+    if isinstance(value, str | bytes) and kind in _LISTS:
+        return False
+    accepted: dict[Any, Any] = {tuple: (tuple, list), Path: PathLike}
+    if not isinstance(value, accepted.get(kind, kind)):
+        return False
+    if kind is tuple and parts and parts[-1] is not ...:
+        return len(value) == len(parts) and all(map(_fits, value, parts))
+    if kind in _LISTS and parts and isinstance(value, tuple | list):
+        return all(_fits(one, parts[0]) for one in value)
+    return kind is not Mapping or all(_fits(one, parts[1]) for one in value.values() if parts)

@@ -2,16 +2,19 @@
 
 import re
 from dataclasses import fields
+from inspect import isfunction, signature
 
 import numpy as np
 import pytest
 from sample_gait import sample_gait
 
+import gaitopt
 from gaitopt import (
     BipedSpec,
     DesignOptions,
     ImportOptions,
     Margins,
+    MotorEnvelope,
     Replanner,
     Robot,
     Sole,
@@ -28,6 +31,7 @@ from gaitopt import (
     design_transition,
     export,
     export_transition,
+    load_gait,
     many_starts,
     page_text,
     play,
@@ -43,6 +47,7 @@ from gaitopt import (
 from gaitopt.errors import InputError, OptionError, RobotError, did_you_mean
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, Payload
 from gaitopt.motions.motion import motion
+from gaitopt.settings import _argument_kinds
 from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
 
 
@@ -174,7 +179,7 @@ NO_GAIT = [
 def test_what_is_no_gait_is_refused(use, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for given in (NoGait(), "walk.npz"):
-        with pytest.raises(OptionError, match=r"give a Gait: load_gait\('walk.npz'\), or"):
+        with pytest.raises(OptionError, match=r"give a (Gait|Transition): load_|give a Gait"):
             use(given)
     assert not list(tmp_path.iterdir())
 
@@ -182,33 +187,74 @@ def test_what_is_no_gait_is_refused(use, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("use", "said"),
     [
-        (lambda r: design_gait("r.urdf"), "the robot is 'r.urdf'; give a Robot, as Robot.from"),
-        (lambda r: many_starts(3), "the robot is 3; give a Robot"),
-        (lambda r: compare_solvers(None), "the robot is None; give a Robot"),
-        (lambda r: preset_task("standard", 3), "the robot is 3; give a Robot"),
-        (lambda r: WalkProblem(None, Task()), "the robot is None; give a Robot"),
-        (lambda r: Replanner().replan(r, "humanoid"), "the task is 'humanoid'; give a Task"),
-        (lambda r: design_gait(r, "humanoid"), "the task is 'humanoid'; give a Task"),
+        (lambda r: design_gait("r.urdf"), "design_gait: robot is 'r.urdf'; give a Robot, as"),
+        (lambda r: many_starts(3), "robot is 3; give a Robot"),
+        (lambda r: compare_solvers(None), "robot is None; give a Robot"),
+        (lambda r: preset_task("standard", 3), "robot is 3; give a Robot"),
+        (lambda r: WalkProblem(None, Task()), "robot is None; give a Robot"),
+        (lambda r: Replanner().replan(r, "humanoid"), "task is 'humanoid'; give a Task"),
+        (lambda r: design_gait(r, "humanoid"), "task is 'humanoid'; give a Task"),
         (lambda r: design_gait(r, Task(), 3), "options is 3; give DesignOptions(...)"),
-        (lambda r: many_starts(r, count=2.5), "starts is 2.5; give a whole number"),
+        (lambda r: many_starts(r, count=2.5), "count is 2.5; give a whole number"),
         (lambda r: many_starts(r, seed="a"), "seed is 'a'; give a whole number"),
-        (lambda r: compare_solvers(r, Task(), [3]), "a solver is 3; give a name, as 'sqp'"),
-        (lambda r: Replanner().replan(r, Task(), deadline="1"), "the deadline is '1'; give s"),
-        (lambda r: certify(3, np.zeros(2)), "the problem is 3; give a WalkProblem"),
+        (lambda r: compare_solvers(r, Task(), [3]), "give a list of texts or Solver"),
+        (lambda r: Replanner().replan(r, Task(), deadline="1"), "is '1'; give a number or None"),
+        (lambda r: certify(3, np.zeros(2)), "problem is 3; give a WalkProblem"),
         (lambda r: Task().with_margins(3), "margins is 3; give a table by name"),
         (lambda r: Robot.from_urdf(r.urdf, choices="c.toml"), "choices is 'c.toml'; give Import"),
-        (lambda r: choices_from_toml(None), "the table of choices is None; give the text or"),
-        (lambda r: urdf_text(r), "the biped is <Robot"),
-        (lambda r: motion(sample_gait(), "50"), "the number of Hz is '50'; give a number"),
-        (lambda r: motion(sample_gait(), 50.0, "2"), "the number of strides is '2'; give a number"),
-        (lambda r: motion(sample_gait(), 50.0, joints=3), "joints is 3; give the name of an order"),
-        (lambda r: write_spec("x", "x.toml"), "the biped is 'x'; give a BipedSpec, as biped13()"),
-        (lambda r: page_text(sample_gait(), steps=2.5), "the number of steps is 2.5; give a whole"),
+        (lambda r: choices_from_toml(None), "toml is None; give a text or a path"),
+        (lambda r: urdf_text(r), "spec is <Robot"),
+        (lambda r: motion(sample_gait(), "50"), "rate is '50'; give a number"),
+        (lambda r: motion(sample_gait(), 50.0, "2"), "strides is '2'; give a number"),
+        (lambda r: motion(sample_gait(), 50.0, joints=3), "give a text or a list of texts"),
+        (lambda r: write_spec("x", "x.toml"), "spec is 'x'; give a BipedSpec, as biped13()"),
+        (lambda r: page_text(sample_gait(), steps=2.5), "steps is 2.5; give a whole"),
+        (lambda r: load_gait(None), "load_gait: path is None; give a text or a path"),
+        (lambda r: load_gait("x.npz", verfy=True), "did you mean 'verify'? its arguments are path"),
+        (lambda r: load_gait("x.npz", verify=np.zeros(2)), "verify is array([0., 0.]); give True"),
+        (lambda r: design_gait(r, stop=3), "stop is 3; give a function"),
+        (lambda r: Replanner(3), "options is 3; give DesignOptions(...) or None"),
+        (lambda r: Replanner().replan(r, Task(), stop=3), "stop is 3; give a function"),
+        (lambda r: WalkProblem(r, Task(), 3), "grid is 3; give Grid or None"),
+        (lambda r: page_text(sample_gait(), 6, "x"), "give a tuple or a list of texts"),
+        (lambda r: page_text(sample_gait(), 6, (None,)), "give a tuple or a list of texts"),
+        (lambda r: WeightedSum((3,)), "WeightedSum: terms is (3,); give a tuple or a list"),
+        (lambda r: Task(geometry="ab"), "Task: geometry is 'ab'; give a tuple or a list of G"),
+        (lambda r: MotorEnvelope(zzz=3), "MotorEnvelope has no option zzz; its options are motors"),
     ],
 )  # fmt: skip
 def test_what_is_of_another_kind_is_refused(robot, use, said):
     with pytest.raises(OptionError, match=re.escape(said)):
         use(robot)
+
+
+@pytest.mark.parametrize(
+    ("use", "said"),
+    [
+        (
+            lambda r: write_figures(sample_gait(), "a\0b"),
+            "cannot make the directory 'a\0b': embedd",
+        ),
+        (lambda r: play(sample_gait(), host="a\0b"), "the host is 'a\\x00b'; give an"),
+        (lambda r: Robot.from_urdf(r.urdf, stance_sole="\ud800"), "no frame named '\ud800'"),
+        (lambda r: Task(geometry=[]), "geometry is []; give a table of all quantities, as set_geo"),
+    ],
+)
+def test_what_is_of_the_kind_and_cannot_be_is_refused(robot, use, said):
+    with pytest.raises(InputError, match=re.escape(said)):
+        use(robot)
+
+
+@pytest.mark.parametrize("name", [n for n in gaitopt.__all__ if isfunction(getattr(gaitopt, n))])
+def test_every_argument_of_a_public_function_is_checked(name):
+    function = getattr(gaitopt, name)
+    needed = list(signature(function).parameters.values())
+    if needed:
+        named = {one.name for one in needed if one.kind is not one.VAR_KEYWORD}
+        assert named == set(_argument_kinds(function.__wrapped__))
+        values = {one.name: object() for one in needed if one.default is one.empty}
+        with pytest.raises(OptionError, match=f"{name}: {needed[0].name} is <object"):
+            function(**{needed[0].name: object(), **values})
 
 
 def test_parameters_of_any_kind_of_numbers_are_those_parameters(sampled_design):

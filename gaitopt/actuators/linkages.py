@@ -34,6 +34,7 @@ from gaitopt.model.linkage import (
     turned_about,
 )
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.units import read_quantity
 
 _LARGEST = 1e6
@@ -47,6 +48,7 @@ DEAD = 0.98
 _FLAT = 1e-6  # m, and sine of angles: what is shorter has no direction
 
 
+@checked_arguments
 def read_linkages(path: str | Path) -> tuple[Linkage, ...]:
     """Read `linkages.toml`: [[linkages]] entries with joints, and [[linkages.motors]] in each.
 

@@ -22,6 +22,7 @@ from gaitopt.errors import SpecError, there_are
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.model.import_options import LimitOverride, matching
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.units import read_quantity
 
 MOTORS = "motors."
@@ -360,6 +361,7 @@ def joint_motors(
     return found
 
 
+@checked_arguments
 def read_motors(path: str | Path) -> MotorTable:
     """Read `motors.toml`: [motors.NAME] tables, and a [[drives]] entry for joints with a motor.
 

@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
-from gaitopt.bounds import TABLE, must_be
+from gaitopt.bounds import TABLE
 from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of, biped13
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError, did_you_mean
 from gaitopt.importers.text_files import parse_toml, read_text
+from gaitopt.settings import checked_arguments
 from gaitopt.units import read_quantity
 
 Read = Callable[[BipedSpec], float]
@@ -175,6 +176,7 @@ def parameter_unit(text: str) -> str:
     return allowed.unit if allowed is not None else ""
 
 
+@checked_arguments
 def changed(spec: BipedSpec, changes: Mapping[str, Any]) -> BipedSpec:
     """Return a copy with some values changed: `{"shin": 0.35, "links.torso.mass": 45}`.
 
@@ -277,6 +279,7 @@ def _unknown(path: str, key: str, allowed: list[str]) -> str:
     return f"unknown entry {path[:120]}; {hint}allowed here: {', '.join(allowed)}"
 
 
+@checked_arguments
 def read_spec(path: str | os.PathLike[str]) -> BipedSpec:
     """Read a biped from a TOML file; what the file leaves out is taken from `biped13`.
 
@@ -297,6 +300,7 @@ def read_spec(path: str | os.PathLike[str]) -> BipedSpec:
         raise SpecError(f"{os.fspath(path)}: {error}") from None
 
 
+@checked_arguments
 def write_spec(spec: BipedSpec, path: str | os.PathLike[str]) -> None:
     """Write a biped to a TOML file that `read_spec` reads back equal; all of it or nothing.
 
@@ -306,9 +310,9 @@ def write_spec(spec: BipedSpec, path: str | os.PathLike[str]) -> None:
     write_atomically(path, spec_text(spec).encode())
 
 
+@checked_arguments
 def spec_text(spec: BipedSpec) -> str:
     """Return a biped as TOML with the unit of every value."""
-    must_be(spec, BipedSpec, "the biped", "a BipedSpec, as biped13()")
     return "\n".join([_HEADER, f'name = "{spec.name}"', *_lines(spec, "")]) + "\n"
 
 

@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
-from gaitopt.bounds import must_be
 from gaitopt.catalogue.biped_spec import (
     BipedSpec,
     JointSpec,
@@ -21,6 +20,7 @@ from gaitopt.catalogue.biped_spec import (
     mirrored_inertia,
 )
 from gaitopt.importers.physics import GENERATED
+from gaitopt.settings import checked_arguments
 
 SIDES = {"left": 1.0, "right": -1.0}
 """The sides and the sign of y on which each lies."""
@@ -218,13 +218,13 @@ def _foot(spec: BipedSpec, side: str) -> list[_Primitive]:
     ]  # fmt: skip
 
 
+@checked_arguments
 def urdf_text(spec: BipedSpec) -> str:
     """Return the URDF of a biped: the same bytes for the same specification, everywhere.
 
     Raises:
         OptionError: the biped is no `BipedSpec`.
     """
-    must_be(spec, BipedSpec, "the biped", "a BipedSpec, as biped13()")
     robot = ET.Element("robot", name=spec.name)
     for name, rgba in COLOURS.items():
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=rgba)

@@ -156,7 +156,7 @@ def require_writable(directory: Path, option: str = "--output") -> None:
         whole.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=whole):
             pass
-    except OSError as error:
+    except (OSError, ValueError) as error:
         reason = f"in '{nearest}': {reason_of(error)}"
         if not nearest.is_dir():
             reason = f"'{nearest}' is a file"

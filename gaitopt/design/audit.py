@@ -19,11 +19,12 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.result import OPTIONAL, Gait, Recorded, array_names, must_be_gait, robot_of
+from gaitopt.gait.result import OPTIONAL, Gait, Recorded, array_names, robot_of
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array, kkt_residual
+from gaitopt.settings import checked_arguments
 from gaitopt.tolerances import OPTIMALITY, SAME
 
 ROBOT_FACTS = ("robot", "mass", "leg_length", "physics", "sole", "limits")
@@ -61,6 +62,7 @@ class Audit:
         return not self.altered and self.certificate.certified
 
 
+@checked_arguments
 def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     """Compute a gait again from its parameters, its URDF and its task, and certify it.
 
@@ -73,7 +75,6 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
             has a constraint or a cost that is not known.
         RobotError: its URDF is not a biped.
     """
-    must_be_gait(gait, Gait)
     problem = problem_of(gait, known)
     try:
         again = gait_at(problem, gait.parameters, {})

@@ -14,7 +14,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from gaitopt.bounds import must_be
 from gaitopt.contact import AFTER, Schedule, Symmetry
 from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
@@ -43,6 +42,7 @@ from gaitopt.mechanics.single_support import standing_robot
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds
 from gaitopt.nlp import Array, Residual, kkt_residual
+from gaitopt.settings import checked_arguments
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE
 
@@ -427,6 +427,7 @@ class Certificate:
         }
 
 
+@checked_arguments
 def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> Certificate:
     """Check a walk at x (P,) on the grid that was optimised, from first principles.
 
@@ -437,7 +438,6 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         InputError: x is no array of numbers, or has another shape.
         EvaluationError: the walk is not defined at x.
     """
-    must_be(problem, WalkProblem, "the problem", "a WalkProblem, as WalkProblem(robot, task)")
     x = problem.checked(x)
     point = problem.point(x)
     multipliers = least_squares_multipliers(problem, point)

@@ -55,6 +55,7 @@ from gaitopt.model.import_options import (
 )
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array, Solution, Start, Status, Stop, never
+from gaitopt.settings import checked_arguments
 from gaitopt.solvers.hessian import damped_bfgs
 from gaitopt.solvers.sqp import SQP
 
@@ -611,6 +612,7 @@ def _multipliers(gait: Gait) -> Array:
     return gait.multipliers
 
 
+@checked_arguments
 def codesign(
     study: Study,
     options: DesignOptions,

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.bounds import must_be
 from gaitopt.design.certificate import on_fine_grid, worst_rows
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import (
@@ -48,6 +47,7 @@ from gaitopt.nlp import (
     never,
     stopping,
 )
+from gaitopt.settings import checked_arguments
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.multipliers import least_squares_multipliers
 
@@ -218,6 +218,7 @@ def _refusal(problem: WalkProblem, solution: Solution) -> str:
 COMPARED = ("sqp", "slsqp", "ipopt")
 
 
+@checked_arguments
 def compare_solvers(
     robot: Robot,
     task: Task | None = None,
@@ -250,8 +251,6 @@ def compare_solvers(
     chosen = [solver_by_name(one) if isinstance(one, str) else one for one in solvers]
     if not chosen:
         raise InputError("no solver is named; give one or more, as sqp,slsqp,ipopt")
-    for solver in chosen:
-        must_be(solver, Solver, "a solver", "a name, as 'sqp', or a Solver")
     problem = WalkProblem(robot, task or preset_task(robot=robot))
     x = checked_start(problem, start)
     runs = []

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from numbers import Real
 
-from gaitopt.bounds import must_be
 from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import Design, attempt, complete, derived, is_walk
@@ -23,6 +21,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Solution, Start, Status, Stop, never, stopping
+from gaitopt.settings import checked_arguments
 
 ANSWERED, LATE, NONE = "optimal at the samples", "late", "no walk"
 NEARLY = 1e-3
@@ -64,6 +63,7 @@ class Plan:
         meta = {"status": ANSWERED, "refined": False}
         return gait_at(self.problem, self._walk().x, meta)
 
+    @checked_arguments
     def complete(self, options: DesignOptions | None = None, stop: Stop = never) -> Design:
         """Return the walk refined between its samples, confirmed and certified.
 
@@ -92,11 +92,13 @@ class Replanner:
         last: the last plan with a walk, from which the next begins; None before the first.
     """
 
+    @checked_arguments
     def __init__(self, options: DesignOptions | None = None) -> None:
         self.options = options or DesignOptions()
         self.last: Plan | None = None
         self._unfinished: Plan | None = None
 
+    @checked_arguments
     def replan(
         self,
         robot: Robot,
@@ -119,8 +121,6 @@ class Replanner:
         Raises:
             InputError: the task, the robot or the deadline cannot be.
         """
-        if deadline is not None:
-            must_be(deadline, Real, "the deadline", "seconds, or None")
         began = time.perf_counter()
 
         def ends() -> bool:

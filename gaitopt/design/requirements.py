@@ -18,6 +18,7 @@ from gaitopt.design.summary import linkage_motors, named_groups, trapezoid
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 
 INSTANTS = 401
 """Of each step, beside its samples and the knots, where accelerations have their corners."""
@@ -167,6 +168,7 @@ class MotorRequirement:
     slides: bool = False
 
 
+@checked_arguments
 def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
     """Return the loops of the joints of a side over a stride, legs from hip to ankle first.
 
@@ -266,6 +268,7 @@ def requirement(loop: MotorLoop, gait: str) -> Requirement:
     )
 
 
+@checked_arguments
 def requirements(gaits: Mapping[str, Gait]) -> list[Requirement]:
     """Return what every motor must deliver in every gait, motor by motor.
 

@@ -35,6 +35,7 @@ from gaitopt.mechanics.forward_kinematics import slope_rates
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 
 TASK, LIMITS, GEAR = "task", "limit", "gear"
 _EDGE_STEP = 1e-5  # m, of differences of rows at a fixed step: they are linear, or nearly
@@ -297,6 +298,7 @@ def task_motors(task: Task) -> tuple[JointMotor, ...]:
     return tuple(dict.fromkeys(one for owner in owners for one in getattr(owner, "motors", ())))
 
 
+@checked_arguments
 def sensitivities(
     problem: WalkProblem, x: Array, multipliers: tuple[Array, Array]
 ) -> SensitivityReport:

@@ -29,6 +29,7 @@ from gaitopt.importers.text_files import read_text
 from gaitopt.model.overrides import without_armature
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Status, Stop, never
+from gaitopt.settings import checked_arguments
 
 _ORDER = {
     "mass": attrgetter("drive.motor.mass", "loss"), "loss": attrgetter("loss", "drive.motor.mass"),
@@ -112,6 +113,7 @@ class Sizing:
         return sum(len(one.joints) * one.drive.motor.mass for one in self.choices)
 
 
+@checked_arguments
 def read_catalogue(path: str | Path) -> Catalogue:
     """Read [motors.NAME] tables and a [gear] table with ratios, efficiency and friction.
 
@@ -130,6 +132,7 @@ def table_of(choices: Sequence[Choice]) -> MotorTable:
     )
 
 
+@checked_arguments
 def chosen(
     gaits: Mapping[str, Gait], catalogue: Catalogue, aim: str = AIMS[0], reserve: float = RESERVE
 ) -> tuple[Choice, ...]:
@@ -241,6 +244,7 @@ def _needs(choice: Choice) -> float:
     return max(choice.peak_share, choice.rms_share, choice.voltage_share)
 
 
+@checked_arguments
 def size(
     gaits: Mapping[str, Gait],
     catalogue: Catalogue,

@@ -13,12 +13,11 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import field, replace
-from numbers import Integral
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.bounds import STARTS, WORKERS, at_most, is_finite, must_be, shown
+from gaitopt.bounds import STARTS, WORKERS, at_most, is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.design.design import checked_start, design, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions, Search
@@ -45,6 +44,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Progress, ProgressCallback, Solution, Status, Stop, never
+from gaitopt.settings import checked_arguments
 
 if TYPE_CHECKING:
     from multiprocessing.synchronize import Event
@@ -60,6 +60,7 @@ GRACE = 1.0  # s: for other processes to come to the end of an iteration when th
 _stopped: Event | None = None  # of a worker process, given to it by its pool
 
 
+@checked_arguments
 def design_gait(
     robot: Robot,
     task: Task | None = None,
@@ -97,9 +98,7 @@ def design_gait(
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
         StoppedError: `stop` said so before there was a walk.
     """
-    must_be(robot, Robot, "the robot", "a Robot, as Robot.from_urdf('robot.urdf')")
     task = task or preset_task(robot=robot)
-    must_be(task, Task, "the task", "a Task, as preset_task('humanoid', robot)")
     foreign = foreign_margins(robot, task)
     if foreign is not None:
         warnings.warn(foreign, stacklevel=2)
@@ -118,6 +117,7 @@ def design_gait(
     return designed(task, start, options)
 
 
+@checked_arguments
 def many_starts(
     robot: Robot,
     task: Task | None = None,
@@ -308,7 +308,6 @@ def _starts(numbers: tuple[int, ...]) -> str:
 
 def _check(count: int, seed: int, sigma: float, workers: int) -> None:
     for name, value in (("starts", count), ("workers", workers), ("seed", seed)):
-        must_be(value, Integral, name, "a whole number")
         if value < 1 and name != "seed":
             raise InputError(f"{shown(value)} {name} are too few; give at least 1")
     at_most(count, STARTS, "starts")

@@ -23,7 +23,6 @@ from gaitopt.gait.result import (
     Gait,
     Recorded,
     ground_of,
-    must_be_gait,
     recorded_choices,
     recorded_linkages,
 )
@@ -32,6 +31,7 @@ from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
 from gaitopt.model.sole import centre_of_pressure
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
 from gaitopt.units import motion_words
@@ -51,6 +51,7 @@ def trapezoid(values: Array, time: Array) -> float:
     return 0.5 * float(np.diff(time) @ (values[1:] + values[:-1]))
 
 
+@checked_arguments
 def summarise(gait: Gait | Transition) -> Facts:
     """Return the figures of a gait or a transition as JSON-able data, None where not recorded.
 
@@ -62,7 +63,6 @@ def summarise(gait: Gait | Transition) -> Facts:
     transition has `transition` in place of walk, contact, impact, shadow_prices and optima: what it
     leads from and to, and each step with its contact and its impact.
     """
-    must_be_gait(gait)
     own: Facts
     if isinstance(gait, Transition):
         own = {"transition": _transition(gait)}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from types import NoneType
 
 import numpy as np
 
@@ -42,7 +41,7 @@ from gaitopt.gait.initial_guess import perturbed, transition_guess
 from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import MakeProgress, WalkProblem
 from gaitopt.gait.quantities import PEAK
-from gaitopt.gait.result import Gait, array_names, must_be_gait
+from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.shift_step import ShiftStepModel
 from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.gait.terrain import Level
@@ -62,7 +61,7 @@ from gaitopt.gait.transition_problem import (
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Solution, Status, Stop, never
-from gaitopt.settings import plain
+from gaitopt.settings import checked_arguments, plain
 from gaitopt.tolerances import SAME
 
 MOST_STEPS = 8
@@ -102,6 +101,7 @@ class TransitionDesign:
         return f"<TransitionDesign: {self.transition!r}, {self.solution.solver}>"
 
 
+@checked_arguments
 def design_transition(
     before: Gait | None = None,
     after: Gait | None = None,
@@ -185,6 +185,7 @@ def transition_problem(
     return TransitionProblem(chosen.robot, asked)
 
 
+@checked_arguments
 def audit_transition(transition: Transition, known: Iterable[Extension] = ()) -> Audit:
     """Compute a transition again from its parameters and its gaits, as `audit` does a gait.
 
@@ -193,7 +194,6 @@ def audit_transition(transition: Transition, known: Iterable[Extension] = ()) ->
             gaits no walks.
         RobotError: its URDF is not a biped.
     """
-    must_be_gait(transition, Transition)
     before, after = transition.before, transition.after
     try:
         problem, walks = _recorded_problem(transition, known)
@@ -260,8 +260,6 @@ def _ends(
     """
     if before is None and after is None:
         raise InputError("a transition leads from or to a gait; give at least one")
-    for gait in (before, after):
-        must_be_gait(gait, (Gait, NoneType))
     given = [gait for gait in (before, after) if gait is not None]
     robots = [(gait.joint_names, gait.urdf, gait.fact("choices")) for gait in given]
     if robots[0] != robots[-1]:

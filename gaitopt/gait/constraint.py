@@ -31,7 +31,7 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.terrain import Level, Terrain
 from gaitopt.nlp import Array
-from gaitopt.settings import check_settings, setting
+from gaitopt.settings import check_settings, checked_arguments, setting
 from gaitopt.units import SINE
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ class Margin:
     change: float = 0.0
 
 
+@checked_arguments
 def margin(
     default: float | bool | None,
     help_text: str,

@@ -923,6 +923,7 @@ def _edge_moments(context: ConstraintContext, contact: ContactMode) -> Array:
     return rows
 
 
+@checked
 @dataclass(frozen=True)
 class MotorEnvelope(Constraint):
     """|torque| <= peak, and |torque / stall torque + rate / no-load speed| <= 1.

@@ -24,6 +24,7 @@ from gaitopt.gait.result import OF_TURN, OPTIONAL, SHAPES, Gait, array_names, mu
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.physics import MOST_POWER
 from gaitopt.model.multibody import Multibody, checked_multibody
+from gaitopt.settings import checked_arguments
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__
 
@@ -191,6 +192,7 @@ GROUPS = (*PHASES, STRIDE, *SECOND_PHASES, TIED, BENT)
 """All groups of arrays that not every file has."""
 
 
+@checked_arguments
 def save_gait(gait: Gait, path: str | Path) -> Path:
     """Write a gait file, atomically; equal gaits give equal bytes.
 
@@ -230,6 +232,7 @@ def archive_bytes(members: Mapping[str, NDArray[Any]]) -> bytes:
     return buffer.getvalue()
 
 
+@checked_arguments
 def load_gait(path: str | Path, *, verify: bool = True) -> Gait:
     """Read and validate a gait file.
 

@@ -26,6 +26,7 @@ from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, Constrain
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.model.linkage import Linkage
 from gaitopt.nlp import Array
+from gaitopt.settings import checked
 from gaitopt.units import motion_words
 
 if TYPE_CHECKING:
@@ -292,6 +293,7 @@ class LoopMotors(Constraint):
         return driven_joints(robot)
 
 
+@checked
 @dataclass(frozen=True)
 class MotorSpace(LoopMotors):
     """Motors that turn joints in common keep limits of their own on torque, speed and power.

@@ -28,6 +28,7 @@ from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
 from gaitopt.gait.motor_space import MotorSpace
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
+from gaitopt.settings import checked_arguments
 
 Extension = Constraint | Cost | Terrain
 _Kind = TypeVar("_Kind", Constraint, Cost, Terrain)
@@ -66,6 +67,7 @@ def costs_of(cost: Cost) -> tuple[Cost, ...]:
     return (cost, *(one for term, _ in terms for one in costs_of(term)))
 
 
+@checked_arguments
 def load_plugin(path: str | Path) -> Plugin:
     """Import a plugin; one that was imported before, and is the same, is not imported again.
 

@@ -12,17 +12,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gaitopt.bounds import is_finite, must_be
+from gaitopt.bounds import is_finite
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.constraints import Margins
-from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.parameters import DURATION, GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import Terrain
 from gaitopt.importers.physics import is_generated
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import turning_arm
-from gaitopt.settings import plain
+from gaitopt.settings import checked_arguments, plain
 
 PRESETS = STANDARD, PAPER, HUMANOID, ROBUST = "standard", "paper", "humanoid", "robust"
 
@@ -48,6 +48,7 @@ _SHRINKING = ("clearance", "lateral_gap", "cop_margin")
 _SIZED = (*TRUNK, "minimum_load", "step_width", "leg_gap", "swing_height")
 
 
+@checked_arguments
 def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: object) -> Task:
     """Return a task of a named preset, with some fields changed.
 
@@ -74,8 +75,6 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
             f"preset '{preset}' is unknown; {did_you_mean(preset, PRESETS)}choose one of "
             f"{', '.join(PRESETS)}"
         )
-    if robot is not None:
-        must_be(robot, Robot, "the robot", "a Robot, as Robot.from_urdf('robot.urdf')")
     changes = plain(changes)
     if preset == STANDARD:
         return Task().with_changes(**{**_torsional_friction(robot, changes), **changes})
@@ -201,7 +200,7 @@ def natural_duration(robot: Robot, speed: float) -> float:
     in either direction and in place, they last as long as at that.
     """
     pace = max(abs(speed), SLOW * stroll(robot))
-    return round(robot.legs.natural_step(pace) / pace, 2)
+    return max(round(robot.legs.natural_step(pace) / pace, 2), GEOMETRY[DURATION].lower)
 
 
 def stroll(robot: Robot) -> float:

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.bounds import must_be, shown
+from gaitopt.bounds import shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
@@ -58,6 +58,7 @@ from gaitopt.gait.walk_point import Product, RowSlopes, Table, WalkPoint
 from gaitopt.model.robot import Robot
 from gaitopt.model.scales import Scales
 from gaitopt.nlp import NLP, Array, Point, ProgressCallback, Rows, Values, Variables
+from gaitopt.settings import checked_arguments
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,7 @@ class WalkProblem(NLP):
     _last_point: Point | None = None
     _last_hessian: tuple[Array, Array, float, Array] | None = None  # after its three arguments
 
+    @checked_arguments
     def __init__(
         self,
         robot: Robot,
@@ -136,8 +138,6 @@ class WalkProblem(NLP):
         Raises:
             OptionError: the robot is no `Robot`, or the task no `Task`.
         """
-        must_be(robot, Robot, "the robot", "a Robot, as Robot.from_urdf('robot.urdf')")
-        must_be(task, Task, "the task", "a Task, as preset_task('humanoid', robot)")
         robot = robot.on_ground(task.ground.down)
         self.robot, self.task = robot, task
         self.robots = (robot, robot.on_ground(task.ground.in_mirror))[: task.steps]

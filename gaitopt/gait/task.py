@@ -31,6 +31,7 @@ from gaitopt.gait.parameters import (
     FOOT_SPACING,
     FOOT_YAW,
     GEOMETRY,
+    GEOMETRY_NAMES,
     INFINITY,
     STEP_LENGTH,
     GeometricParameter,
@@ -47,7 +48,7 @@ from gaitopt.gait.plugin import (
 )
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 from gaitopt.model.sole import LEVEL
-from gaitopt.settings import check_settings, checked, entry
+from gaitopt.settings import check_settings, checked, checked_arguments, entry
 from gaitopt.tolerances import SAME
 from gaitopt.units import SLOPE
 
@@ -209,6 +210,11 @@ class Task:
     def __post_init__(self) -> None:
         object.__setattr__(self, "constraints", _own(self.constraints))
         check_settings(self)
+        if [quantity.name for quantity in self.geometry] != list(GEOMETRY_NAMES):
+            raise InputError(
+                f"geometry is {shown(self.geometry)}; give a table of all quantities, as "
+                "set_geometry(GEOMETRY, {'pelvis_roll': {'free': True}})"
+            )
         if not isinstance(self.cost, Cost):
             raise InputError(f"cost is {shown(self.cost)}; give a Cost, as TorqueCost()")
         check_declaration(self.cost)
@@ -349,6 +355,7 @@ class Task:
         level = self.slope == 0.0 and self.cross_slope == 0.0
         return Level() if level else Slope(self.slope, self.cross_slope)
 
+    @checked_arguments
     def on(self, terrain: Terrain) -> Task:
         """Return the same walk on another ground."""
         return replace(self, slope=0.0, cross_slope=0.0, stairs=0.0, terrain=terrain)
@@ -369,6 +376,7 @@ class Task:
         """Speed along the path [m/s]."""
         return math.hypot(self.speed, self.lateral_speed)
 
+    @checked_arguments
     def at_share_of_speed(self, share: float) -> Task:
         """Return the same walk at a share of its speeds and of its turn rate."""
         return replace(
@@ -431,6 +439,7 @@ class Task:
         owners = (self.margins, *self.constraints)
         return {name: one for owner in owners for name, one in declared_margins(owner).items()}
 
+    @checked_arguments
     def margin(self, name: str) -> float | bool | None:
         """Return the value of a margin.
 

@@ -24,6 +24,7 @@ from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 
 MIRRORED_WRENCH = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of a wrench seen in a mirror, in the other foot's sole frame."""
@@ -277,10 +278,12 @@ class Trajectory:
         """Names of the joints of samples, all of the file."""
         return self.body.joint_names
 
+    @checked_arguments
     def advance(self, step: int) -> pin.SE3:
         """Return the placement in the world of the sole that stands in a step, from step 0."""
         return self._place(step, 0)
 
+    @checked_arguments
     def times(self, rate: float, strides: float = 1.0) -> Array:
         """Return equidistant times (N,) [s] of a number of strides, the last excluded.
 

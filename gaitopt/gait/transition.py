@@ -52,6 +52,7 @@ from gaitopt.gait.gait_file import (
 from gaitopt.gait.result import Gait, Recorded, must_be_gait
 from gaitopt.gait.trajectory import StepSequence, TrajectoryPhase
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.version import __version__
 
 REST = 0.5
@@ -341,6 +342,7 @@ def _numbers(names: Container[str]) -> range:
     return range(1, count + 1)
 
 
+@checked_arguments
 def save_transition(transition: Transition, path: str | Path) -> Path:
     """Write the file of a transition, atomically; equal transitions give equal bytes.
 
@@ -382,6 +384,7 @@ def transition_members(transition: Transition) -> Arrays:
     return typed(found, members_of(found))
 
 
+@checked_arguments
 def load_transition(path: str | Path, *, verify: bool = True) -> Transition:
     """Read and validate the file of a transition.
 

@@ -13,13 +13,13 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
-from gaitopt.bounds import ARMATURE, must_be
+from gaitopt.bounds import ARMATURE
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.sole import Sole
-from gaitopt.settings import NO_LIMIT, checked
+from gaitopt.settings import NO_LIMIT, checked, checked_arguments
 from gaitopt.units import motion_words, read_motion, read_quantity
 
 Axis = str | tuple[float, float, float]
@@ -469,6 +469,7 @@ def _axis(value: object, name: str) -> Axis | None:
     return (x, y, z) if abs(size - 1.0) < 1e-12 else (x / size, y / size, z / size)
 
 
+@checked_arguments
 def choices_from_toml(toml: str | Path) -> ImportOptions:
     """Read choices from the text or the path of a TOML file; its paths are relative to it.
 
@@ -479,7 +480,6 @@ def choices_from_toml(toml: str | Path) -> ImportOptions:
         RobotError: the file cannot be read or is not TOML, has an unknown key, a value that cannot
             be used, or an SRDF that it does not use.
     """
-    must_be(toml, (str, Path), "the table of choices", "the text or the path of a TOML file")
     is_path = isinstance(toml, Path) or (toml.strip().endswith(".toml") and "\n" not in toml)
     where = str(toml).strip() if is_path else "the choices"
     text = read_text(Path(where), "choices") if is_path else str(toml)

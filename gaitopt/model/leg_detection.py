@@ -163,7 +163,7 @@ def joint_of(model: pin.Model, name: str) -> int:
     Raises:
         RobotError: nothing has that name.
     """
-    if model.existJointName(name):
+    if name in list(model.names):
         return int(model.getJointId(name))
     for frame in model.frames:
         if frame.name == name:

@@ -12,9 +12,7 @@ from typing import TypeVar, cast
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.bounds import must_be
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import RobotError
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.report import Finding, as_before
 from gaitopt.importers.source import Source
@@ -32,6 +30,7 @@ from gaitopt.model.reference_posture import posture_doubts
 from gaitopt.model.scales import Scales
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +81,7 @@ class Robot:
     down: tuple[float, float, float] = LEVEL
 
     @classmethod
+    @checked_arguments
     def from_urdf(
         cls,
         urdf: str | Path,
@@ -105,14 +105,7 @@ class Robot:
         Raises:
             RobotError: the URDF cannot be read, or is not a biped with two mirrored legs.
         """
-        if not isinstance(urdf, (str, Path)):
-            raise RobotError(
-                f"the robot is {urdf!r:.60} of type {type(urdf).__name__}; give the text of a "
-                "URDF (str) or the path of a file (str or Path)"
-            )
         given = choices or ImportOptions()
-        advice = "ImportOptions(...), or choices_from_toml('choices.toml')"
-        must_be(given, ImportOptions, "choices", advice)
         given = given.over(
             stance_sole=stance_sole, swing_sole=swing_sole, sole=sole, moving=tuple(moving) or None
         )

@@ -22,13 +22,14 @@ from scipy.spatial.transform import Rotation
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, did_you_mean
-from gaitopt.gait.result import Gait, must_be_gait
+from gaitopt.gait.result import Gait
 from gaitopt.gait.spline import bernstein
 from gaitopt.gait.trajectory import MIRRORED_WRENCH, TrajectoryPhase
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.motions.motion import SCALAR_FIRST, Motion, motion
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.library import Library, open_library
 from gaitopt.sweep.table import Row, csv_bytes
@@ -617,6 +618,7 @@ INDEX = "index.csv"
 _SAME_SPEED = 1e-6  # m/s: gaits of a library of Bezier curves differ by more
 
 
+@checked_arguments
 def export(
     gait: Gait,
     path: str | Path,
@@ -644,7 +646,6 @@ def export(
             written.
         RobotError: the gait holds no robot, and its URDF is not one.
     """
-    must_be_gait(gait, Gait)
     asked = {"rate": rate, "strides": strides, "joints": joints}
     given = [name for name, value in asked.items() if value is not None]
     if format is None:
@@ -675,6 +676,7 @@ def form_for(path: str | Path, format: str) -> MotionFormat:  # noqa: A002
     return form
 
 
+@checked_arguments
 def export_transition(
     transition: Transition,
     path: str | Path,
@@ -693,11 +695,11 @@ def export_transition(
     Raises:
         InputError: as in `export`, or the form has no samples.
     """
-    must_be_gait(transition, Transition)
     form = form_for(path, format)
     return write_atomically(path, _content(transition, form, rate, None, joints))
 
 
+@checked_arguments
 def export_library(
     library: Library | str | Path,
     directory: str | Path,

@@ -14,15 +14,14 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from numbers import Real
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitopt.bounds import INSTANTS_OF_MOTION, RATE, STRIDES, at_most, must_be
+from gaitopt.bounds import INSTANTS_OF_MOTION, RATE, STRIDES, at_most
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, RobotError, did_you_mean
 from gaitopt.gait.result import Gait
@@ -33,6 +32,7 @@ from gaitopt.importers.xml_document import as_numbers, parse_xml
 from gaitopt.mechanics.spatial import turned, upright
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 
 ORDERS = ("gait", "mujoco", "isaac", "g1", "mjcf")
 """Names of orders; others are lists of joints."""
@@ -331,6 +331,7 @@ class Motion:
         return self.gait.trajectory.share(self.samples)
 
 
+@checked_arguments
 def motion(
     gait: Gait | Transition,
     rate: float,
@@ -353,10 +354,8 @@ def motion(
         RobotError: the gait holds no robot, and its URDF is not one.
     """
     for value, most, what in ((rate, RATE, "Hz"), (strides, STRIDES, "strides")):
-        must_be(value, Real, f"the number of {what}", "a number")
         if not 0.0 < value <= most:  # NaN is none of these
             raise InputError(f"a motion has {value:g} {what}; give a number above 0, to {most:g}")
-    must_be(joints, Iterable, "joints", "the name of an order, or names of joints")
     trajectory = gait.trajectory
     duration = strides * trajectory.period
     count = int(np.ceil(min(duration * rate, 1e12)))

@@ -19,6 +19,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait, ground_of
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.simulate.disturbance import (
     NONE,
     Delay,
@@ -164,6 +165,7 @@ class SimulatedWalk:
         return _ratio(self.efforts[_SETTLED:].sum(), over)
 
 
+@checked_arguments
 def simulate(
     gait: Gait,
     options: WalkOptions | None = None,

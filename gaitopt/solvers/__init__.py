@@ -6,6 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from gaitopt.errors import InputError, did_you_mean
+from gaitopt.settings import checked_arguments
 from gaitopt.solvers.adapters import FiniteDifferenceNLP
 from gaitopt.solvers.ipopt import Ipopt
 from gaitopt.solvers.multipliers import least_squares_multipliers
@@ -27,6 +28,7 @@ SOLVERS: dict[str, type[TwoStageSQP | SQP | TrustConstr | SLSQP | Ipopt]] = {
 """Every solver by its name."""
 
 
+@checked_arguments
 def solver_by_name(name: str, **options: Any) -> Solver:
     """Make a solver.
 

@@ -37,6 +37,7 @@ from gaitopt.design.process import (
 )
 from gaitopt.errors import InputError, MissingExtraError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.gait_file import gait_bytes
+from gaitopt.settings import checked_arguments
 from gaitopt.sweep.continuation import Line, Neighbour, WarmStart, continue_from, finish
 from gaitopt.sweep.grid import Index, Scenario
 from gaitopt.sweep.table import Row, gait_row
@@ -150,6 +151,7 @@ def _prepare() -> None:
     gc.set_threshold(_COLLECTED_AFTER)
 
 
+@checked_arguments
 def local_workers(workers: int, on_start: Callable[[], None] = lambda: None) -> LocalWorkers:
     """Return processes on this machine, one thread each, started when there is work for them.
 
@@ -331,6 +333,7 @@ class DaskExecutor(Executor):
             self._client.close()
 
 
+@checked_arguments
 def joined_scheduler(address: str) -> DaskExecutor:
     """Return the workers of a Dask scheduler, as tcp://10.0.0.1:8786.
 

@@ -30,7 +30,7 @@ from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.importers.report import Finding
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
-from gaitopt.settings import declared
+from gaitopt.settings import checked_arguments, declared
 from gaitopt.units import read_quantity
 
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
@@ -151,6 +151,7 @@ def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:
         )
 
 
+@checked_arguments
 def parse_axis(name: str, text: str) -> Axis:
     """Return the axis of a range "first:last:step" (both ends included) or of a list "a,b,c".
 

@@ -16,6 +16,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record
 from gaitopt.importers.report import findings_of
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.sweep.continuation import WarmStart, finish
 from gaitopt.sweep.database import robot_source_of
 from gaitopt.sweep.grid import Index, Scenario, interpolated
@@ -62,6 +63,7 @@ def stored_point(library: Library, values: Mapping[str, float]) -> Index | None:
     return corners[0] if len(corners) == 1 else None
 
 
+@checked_arguments
 def interpolate(
     library: Library,
     values: Mapping[str, float],

@@ -24,6 +24,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import extension_record
 from gaitopt.gait.result import Gait
+from gaitopt.settings import checked_arguments
 from gaitopt.sweep.continuation import WarmStart, warm_start_of
 from gaitopt.sweep.database import (
     DAMAGE,
@@ -221,6 +222,7 @@ class Library:
         return gait
 
 
+@checked_arguments
 def open_library(directory: str | Path) -> Library:
     """Open a library for reading, finished or not; one of version 0.1 is read as it is.
 

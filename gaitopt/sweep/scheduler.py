@@ -32,6 +32,7 @@ from gaitopt.design.starts import SAME_COST
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
+from gaitopt.settings import checked_arguments
 from gaitopt.sweep.continuation import Line, Neighbour, Station, WarmStart, is_better, promising
 from gaitopt.sweep.database import manifest_record
 from gaitopt.sweep.executor import (
@@ -84,6 +85,7 @@ class SweepProgress:
 OnProgress = Callable[[SweepProgress], None]
 
 
+@checked_arguments
 def sweep(
     robot: Robot,
     task: Task,

@@ -16,6 +16,7 @@ from gaitopt.errors import InputError, NoGaitFoundError, StoppedError, Unreachab
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, Stop, never
+from gaitopt.settings import checked_arguments
 from gaitopt.sweep.continuation import MAX_ITERATIONS
 
 # Fractions of the speed reached.
@@ -50,6 +51,7 @@ class Fastest:
         return self.design.problem.task.speed
 
 
+@checked_arguments
 def fastest(
     robot: Robot,
     task_at: Callable[[float], Task],

@@ -24,12 +24,13 @@ from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.design.summary import group_name, joint_groups
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.assemble import GRAVITY_KEY
-from gaitopt.gait.result import Gait, Recorded, ground_of, must_be_gait
+from gaitopt.gait.result import Gait, Recorded, ground_of
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.view.figure_style import (
     GROUND,
     INSIDE,
@@ -591,6 +592,7 @@ FIGURES: dict[str, Callable[[Any], Figure]] = {
 }
 
 
+@checked_arguments
 def make_figure(gait: Gait | Transition, name: str) -> Figure:
     """Return one of the figures named in `FIGURES`, of a transition in `TRANSITION_FIGURES`.
 
@@ -598,7 +600,6 @@ def make_figure(gait: Gait | Transition, name: str) -> Figure:
         InputError: there is no figure of that name.
         RobotError: the gait's URDF cannot be drawn.
     """
-    must_be_gait(gait)
     drawings = _drawings(gait)
     if name not in drawings:
         hint = did_you_mean(name, drawings)
@@ -611,6 +612,7 @@ def _drawings(gait: Gait | Transition) -> dict[str, Callable[[Any], Figure]]:
     return TRANSITION_FIGURES if isinstance(gait, Transition) else FIGURES
 
 
+@checked_arguments
 def write_figures(
     gait: Gait | Transition,
     directory: str | Path,
@@ -632,7 +634,6 @@ def write_figures(
         InputError: a format or a name is unknown, or the directory cannot be written.
         RobotError: the gait's URDF cannot be drawn.
     """
-    must_be_gait(gait)
     unknown = set(formats) - set(KINDS)
     if unknown:
         raise InputError(

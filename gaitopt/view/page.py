@@ -38,6 +38,7 @@ from gaitopt.gait.transition import Transition
 from gaitopt.importers.report import findings_of
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_arguments
 from gaitopt.units import motion_words
 from gaitopt.view.animation import DEFAULT_STEPS, PUSH, Replay, Scene, build_beside, build_scene
 from gaitopt.view.page_parts import Page, Section, table_text
@@ -202,6 +203,7 @@ def _bounds(limit: float | None) -> list[float]:
 _DECIMALS = 4  # of limits, in SI units
 
 
+@checked_arguments
 def write_page(
     gait: Gait | Transition,
     path: str | Path,
@@ -230,6 +232,7 @@ def write_page(
     return write_atomically(path, page_text(gait, steps, package_dirs).encode("utf-8"))
 
 
+@checked_arguments
 def page_text(
     gait: Gait | Transition, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, ...] = ()
 ) -> Page:

@@ -28,6 +28,7 @@ from gaitopt.bounds import shown
 from gaitopt.errors import InputError, reason_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.transition import Transition
+from gaitopt.settings import checked_arguments
 from gaitopt.view.animation import DEFAULT_STEPS, build_scene
 from gaitopt.view.viewer import (
     Node,
@@ -196,8 +197,9 @@ def listening_socket(host: str, port: int | None) -> socket.socket:
     Raises:
         InputError: there is no such address here, or the port is taken.
     """
-    if not host.strip():
-        raise InputError(f"the host is empty; give an address of this machine, as {LOCAL}")
+    if not host.strip() or not host.isprintable():
+        what = shown(host) if host.strip() else "empty"
+        raise InputError(f"the host is {what}; give an address of this machine, as {LOCAL}")
     if port is not None and not 0 <= port <= _LARGEST_PORT:
         raise InputError(f"port {shown(port)} does not exist; give 0 for any, or one up to 65535")
     if port is not None:
@@ -283,6 +285,7 @@ class Player:
         self.close()
 
 
+@checked_arguments
 def play(
     gait: Gait | Transition,
     steps: int = DEFAULT_STEPS,

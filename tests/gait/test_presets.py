@@ -8,7 +8,7 @@ from urdf_edits import edited_urdf, scale_mass
 import gaitopt
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait, many_starts
-from gaitopt.errors import InputError, NoGaitFoundError
+from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.presets import foreign_margins, humanoid_task, preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import turning_arm
@@ -88,3 +88,11 @@ def test_everything_public_has_a_short_form(robot, foreign, sampled_design):
     assert repr(certificate).startswith("<Certificate: optimal at the given samples only; ")
     assert repr(sampled_design) == f"<Design: {gait!r}, sqp>"
     assert max(len(repr(x)) for x in (robot, foreign, gait, sampled_design)) <= 120
+
+
+@pytest.mark.parametrize("preset", ["humanoid", "robust"])
+def test_an_absurd_speed_is_refused_by_its_own_name(robot, preset):
+    with pytest.raises(
+        UnreachableError, match=r"\(1e\+09 m/s for 0.05 s\) is longer than the legs"
+    ):
+        design_gait(robot, preset_task(preset, robot, speed=1e9), starts=1)

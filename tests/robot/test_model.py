@@ -7,7 +7,7 @@ from urdf_edits import add_arm, edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
 
@@ -147,8 +147,7 @@ def test_text_that_is_no_urdf_is_refused(text):
 
 @pytest.mark.parametrize("thing", [None, 3, b"abc"])
 def test_what_is_neither_text_nor_path_is_refused(thing):
-    kind = type(thing).__name__
-    with pytest.raises(RobotError, match=rf"of type {kind}; give the text of a URDF \(str\) or"):
+    with pytest.raises(InputError, match=f"urdf is {thing!r}; give a text or a path"):
         Robot.from_urdf(thing)
 
 
