@@ -24,7 +24,7 @@ from typing import TextIO
 
 import typer
 
-from gaitopt.cli import beginning
+from gaitopt.cli import INTERRUPTED, LIKE_CTRL_C, answer_signals, leave_with
 from gaitopt.errors import GaitoptError, IdleOptionError, InputError, reason_of
 from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
@@ -40,7 +40,7 @@ class ExitCode(IntEnum):
     NOT_CERTIFIED = 1
     BAD_INPUT = 2
     NO_GAIT = 3
-    INTERRUPTED = beginning.INTERRUPTED
+    INTERRUPTED = INTERRUPTED
 
 
 @contextmanager
@@ -151,12 +151,8 @@ _NARROWEST = 10  # columns; words do not fit into fewer
 
 def handle_termination() -> None:
     """Answer SIGTERM and SIGHUP as Ctrl-C is answered at the time; one that is ignored stays so."""
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    for name in beginning.LIKE_CTRL_C:
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _as_interrupt)
+    answer_signals(signal.default_int_handler, ("SIGINT",))
+    answer_signals(_as_interrupt, LIKE_CTRL_C)
 
 
 @contextmanager
@@ -176,10 +172,9 @@ def exit_code_kept() -> Iterator[None]:
         finally:
             with suppress(GaitoptError):
                 sys.stdout.flush()
-            beginning.leave_with(int(code) if isinstance(code, int) else 1)
-            exec("")  # at last Python would die of a Ctrl-C that came amid text that was run
+            leave_with(int(code) if isinstance(code, int) else 1)
     except KeyboardInterrupt:  # amid the answer to another
-        beginning.leave_with(int(ExitCode.INTERRUPTED))
+        leave_with(int(ExitCode.INTERRUPTED))
         raise SystemExit(int(ExitCode.INTERRUPTED)) from None
 
 

@@ -110,7 +110,7 @@ def test_a_signal_amid_imports_ends_it_at_once(designed, rng):
             [*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
         ) as process:  # fmt: skip
-            _await_line(process.stderr, "gaitopt.cli.beginning")
+            _await_line(process.stderr, "gaitopt.cli")
             for _ in range(rng.integers(20, 300)):
                 process.stderr.readline()
             process.send_signal(getattr(signal, name))
