@@ -43,8 +43,10 @@ from gaitopt.view.figure_style import (
     SWING,
     TRUNK,
     label_axes,
+    legend_below,
+    legends_beside,
     name_on_figure,
-    new_figure,
+    panelled,
     rendered,
     styled,
 )
@@ -67,11 +69,8 @@ _LEG, _SOLE, _HIPS, _BACK, _JOINT = 1.6, 1.1, 1.7, 2.2, 2.4  # points: widths of
 _FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
 _FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
 _SPACE = 0.08  # free above and below the curves, in their heights
+_HEIGHTS = (2.0, 1.0)  # of force and friction, to each other
 _ROW, COLUMNS = 2.5, 3  # panels of joints: inch, number
-_PLACE = {"left": 0.075, "right": 0.99, "wspace": 0.16, "hspace": 0.17}
-_BELOW, _ABOVE, _TITLE = 0.9, 0.475, 0.1  # inch: legend; title with its space, and above it
-_LEGEND_ROW = 0.2  # inch
-# Six panels are laid out by measuring each of their labels twice, which takes longer than drawing.
 
 Standing = tuple[tuple[int, ...], str]
 """The feet that stand, and the colour of their contact; empty where that never changes."""
@@ -149,18 +148,14 @@ def reach(sticks: StickFigures, view: int) -> Array:
     return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
 
 
-def _joint_panels(count: int, title: str, more: bool = False) -> tuple[Figure, list[Axes]]:
-    """Return a figure with panels for the joints, in rows, and space for a legend below."""
+def _joint_panels(count: int, title: str) -> tuple[Figure, list[Axes]]:
+    """Return a figure with panels for the joints, in rows."""
     rows = -(-count // COLUMNS)
-    height = rows * _ROW
-    figure = new_figure(9.0, height, layout=None)
-    below = _BELOW + (_LEGEND_ROW if more else 0.0)
-    place = {**_PLACE, "bottom": below / height, "top": 1.0 - _ABOVE / height}
-    axes = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False, gridspec_kw=place).ravel()
+    size = (9.0, rows * _ROW)
+    figure, axes = panelled(size, title, rows, COLUMNS, titles=True, hspace=0.17, sharex=True)
     for one in axes[count:]:
         one.set_visible(False)
-    figure.suptitle(title, y=1.0 - _TITLE / height)
-    return figure, list(axes[:count])
+    return figure, axes[:count]
 
 
 def draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
@@ -203,11 +198,8 @@ def _share_legend(figure: Figure, panels: list[Axes], legs: str) -> None:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
     told = f"above each panel: the limit, and its share used by {legs}"
-    title = told if any(axes.get_title(loc="right") for axes in panels) else None
-    figure.legend(
-        list(found.values()), list(found), loc="lower center", ncols=3, title=title,
-        title_fontsize=8.0,
-    )  # fmt: skip
+    title = told if any(axes.get_title(loc="right") for axes in panels) else ""
+    legend_below(figure, list(found.values()), list(found), COLUMNS, title)
 
 
 _POINTS = 60  # of a phase, both ends among them
@@ -229,8 +221,7 @@ def _transition_walk(transition: Transition) -> Figure:
     body = trajectory.body
     sticks = stick_figures(body, samples.configuration, trunk_top(transition))
     sticks = sticks.turned(upright(body.gravity))
-    figure = new_figure(9.0, 4.6)
-    axes = figure.subplots()
+    figure, (axes,) = panelled((9.0, 4.6), f"{_title(transition)}; solid: the landings")
     _draw_ground(axes, sticks, SIDE, transition)
     landing = np.abs(whole[:, None] - ends).min(axis=1) < 1e-9
     standing = [
@@ -240,15 +231,14 @@ def _transition_walk(transition: Transition) -> Figure:
     _draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.35), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, transition, _sides(transition))
-    figure.suptitle(f"{_title(transition)}; solid: the landings")
     return figure
 
 
 def _transition_forces(transition: Transition) -> Figure:
     """Draw the force of the ground on either foot, and how much of the friction is used."""
     times, samples = _samples(transition)
-    figure = new_figure(9.0, 5.2)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+    title = f"{_title(transition)}: force of the ground on the feet"
+    figure, (above, below) = panelled((9.0, 5.2), title, 2, sharex=True, height_ratios=_HEIGHTS)
     normal = samples.wrench[..., 2]
     tangential = np.hypot(samples.wrench[..., 0], samples.wrench[..., 1])
     names = zip(_sides(transition), (STANCE, SWING), strict=True)
@@ -265,10 +255,9 @@ def _transition_forces(transition: Transition) -> Figure:
     for axes in (above, below):
         axes.set_ylim(bottom=0.0)
         _mark(axes, transition)
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     label_axes(above, "", "normal force [N]")
     label_axes(below, "time [s]", "friction [-]")
-    figure.suptitle(f"{_title(transition)}: force of the ground on the feet")
+    legends_beside(figure)
     return figure
 
 
@@ -310,7 +299,9 @@ _SUPERPOSED = 9  # stick figures of one step
 _IN_A_ROW, _PER_STEP = 3, 6  # steps of a walk, and stick figures in each
 _FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid
 _AROUND = 0.012  # m, shown around the sole
-_COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.95, 0.9  # inch: figure, panel; text above and below
+_COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.85, 1.0  # inch: figure, panel; text above and below
+_COP_BAR = (1.015, 0.0, 0.035, 1.0)  # of the panel: the bar of its colours
+_COP_RIGHT = 0.85  # inch, for the bar
 _COP_HEIGHTS = (1.2, 5.0)  # inch, of the panel
 _PHASES = 0.035  # of a panel's height: the band of the phases at its foot
 
@@ -325,9 +316,13 @@ def step_figure(gait: Gait) -> Figure:
     along, standing = _sticks(gait, gait.time, before=gait.time > 0.0)
     whole = along.turned(upright(gait.trajectory.body.gravity))
     seen = {SIDE: whole.at(indices), FRONT: along.at(indices)}  # along the ground from behind
-    figure = new_figure(6.6, 4.9)
     spans = [np.ptp(reach(sticks, view)) for view, sticks in seen.items()]  # for both to one scale
-    side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
+    where = f", {words}" if (words := _ground_words(gait)) else ""
+    which = "One step" if gait.second is None else "First step of a stride"
+    figure, (side, front) = panelled(
+        (6.6, 4.9), f"{which}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}", 1, 2,
+        titles=True, sharey=True, width_ratios=spans,
+    )  # fmt: skip
     opacity = np.linspace(_FAINT, 1.0, _SUPERPOSED)
     for axes, view in ((side, SIDE), (front, FRONT)):
         _draw_ground(axes, seen[view], view, gait)
@@ -341,9 +336,6 @@ def step_figure(gait: Gait) -> Figure:
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
     _name_legs(figure, side, gait, ("stance leg", "swing leg", "trunk"))
-    where = f", {words}" if (words := _ground_words(gait)) else ""
-    which = "One step" if gait.second is None else "First step of a stride"
-    figure.suptitle(f"{which}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
 
 
@@ -353,15 +345,14 @@ def walking_figure(gait: Gait) -> Figure:
     times = [gait.time[inside] + k * gait.duration for k in range(_IN_A_ROW)]
     along, standing = _sticks(gait, np.append(np.concatenate(times), _IN_A_ROW * gait.duration))
     sticks = along.turned(upright(gait.trajectory.body.gravity))
-    figure = new_figure(7.4, 5.2)
-    axes = figure.subplots()
+    where = f" {words}" if (words := _ground_words(gait)) else ""
+    title = f"{_IN_A_ROW} steps at {gait.way}{where}; solid: the landings"
+    figure, (axes,) = panelled((7.4, 5.2), title)
     _draw_ground(axes, sticks, SIDE, gait)
     landing = np.arange(len(standing)) % _PER_STEP == 0
     _draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.4), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, gait, (*_sides(gait), "trunk"))
-    where = f" {words}" if (words := _ground_words(gait)) else ""
-    figure.suptitle(f"{_IN_A_ROW} steps at {gait.way}{where}; solid: the landings")
     return figure
 
 
@@ -388,7 +379,7 @@ def _name_legs(figure: Figure, axes: Axes, gait: Gait | Transition, names: tuple
     if isinstance(gait, Transition) or len(gait.phases) > 1:
         for contact in contacts(gait):
             axes.plot([], [], color=contact_colour(contact), label=f"foot {_words(contact)}")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    legend_below(figure, *axes.get_legend_handles_labels(), 4)
 
 
 def _words(contact: str) -> str:
@@ -424,11 +415,8 @@ def _joint_figure(
     curves, groups = _curves(gait, name), joint_groups(gait)
     limits = None if limit is None else gait.joint_limit(limit)
     whole = np.concatenate([values for _, values, _, _ in curves])
-    if isinstance(gait, Transition):
-        title, wide = f"{_title(gait)}: joint {title}", False
-    else:
-        title, wide = f"Joint {title}", len(gait.phases) > 1 or gait.second is not None
-    figure, panels = _joint_panels(len(groups), title, wide)
+    title = f"{_title(gait)}: joint {title}" if isinstance(gait, Transition) else f"Joint {title}"
+    figure, panels = _joint_panels(len(groups), title)
     for panel, (axes, group) in enumerate(zip(panels, groups, strict=True)):
         axes.axhline(0.0, color=RULE, linewidth=0.8)
         for times, values, line, legs in curves:
@@ -466,11 +454,11 @@ def force_figure(gait: Gait) -> Figure:
 
     Below it, how much of the friction is used: the tangential over the normal force.
     """
-    figure = new_figure(6.4, 5.2)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+    title = "Force of the ground on the stance foot"
+    figure, (above, below) = panelled((6.4, 5.2), title, 2, sharex=True, height_ratios=_HEIGHTS)
     _draw_force(above, gait)
     _draw_friction(below, gait)
-    figure.suptitle("Force of the ground on the stance foot")
+    legends_beside(figure)
     return figure
 
 
@@ -481,23 +469,23 @@ def cop_figure(gait: Gait) -> Figure:
     """
     corners = gait.trajectory.body.sole_corners[0]
     long, wide = np.ptp(corners, axis=0)[:2] + 2.0 * _AROUND
-    height = _COP_INSIDE * wide / long  # as high as the sole needs, else a band stays empty
-    figure = new_figure(_COP_WIDTH, float(np.clip(height, *_COP_HEIGHTS)) + _COP_TEXT)
-    axes = figure.subplots()
-    _draw_sole(axes, corners)
-    paths = [_draw_path(axes, own, line) for own, line in zip(gait.steps, _LINES, strict=False)]
-    path = paths[0]
-    colours = figure.colorbar(path, ax=axes, pad=0.02)
-    colours.set_label("time [s]")
-    colours.outline.set_visible(False)
     flat = np.concatenate([own.cop[own.flat] for own in gait.steps])
     low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
     margin = min((flat - low).min(), (high - flat).min())  # beyond, it is at an edge by intent
+    title = f"Centre of pressure in the stance sole; nearest edge {1000.0 * margin:.1f} mm"
+    height = _COP_INSIDE * wide / long  # as high as the sole needs, else a band stays empty
+    size = (_COP_WIDTH, float(np.clip(height, *_COP_HEIGHTS)) + _COP_TEXT)
+    figure, (axes,) = panelled(size, title, right=_COP_RIGHT)
+    _draw_sole(axes, corners)
+    paths = [_draw_path(axes, own, line) for own, line in zip(gait.steps, _LINES, strict=False)]
+    path = paths[0]
+    colours = figure.colorbar(path, cax=axes.inset_axes(_COP_BAR))
+    colours.set_label("time [s]")
+    colours.outline.set_visible(False)
     label_axes(axes, "forward x [m]", "left y [m]")
     axes.set_aspect("equal")
     axes.grid(False)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    figure.suptitle(f"Centre of pressure in the stance sole; nearest edge {1000.0 * margin:.1f} mm")
+    legend_below(figure, *axes.get_legend_handles_labels(), 3)
     return figure
 
 
@@ -524,7 +512,6 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
         )
     label_axes(axes, "", "force [N]")
     _mark_phases(axes, gait)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _draw_friction(axes: Axes, gait: Gait) -> None:
@@ -537,7 +524,6 @@ def _draw_friction(axes: Axes, gait: Gait) -> None:
         axes.axhline(limit, color=LIMIT, linestyle="--", linewidth=1.0, label=f"allowed {limit:g}")
     axes.set_ylim(bottom=0.0)
     label_axes(axes, "time [s]", "friction [-]")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _draw_sole(axes: Axes, corners: Array) -> None:

@@ -1,14 +1,30 @@
+import io
+from collections import defaultdict
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import Image
 from sample_gait import bare_gait, sample_gait
+from transitions import from_rest
 
 from gaitopt.design.summary import motor_summaries
 from gaitopt.errors import InputError
-from gaitopt.view.figure_style import rendered
-from gaitopt.view.figures import FIGURES, draw_limit, make_figure, write_figures
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.view.figure_style import rendered, styled
+from gaitopt.view.figures import (
+    FIGURES,
+    TRANSITION_FIGURES,
+    draw_limit,
+    make_figure,
+    write_figures,
+)
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -102,6 +118,96 @@ def test_the_cop_figure_is_as_high_as_the_sole_needs_and_its_colours_span_the_st
     box = figure.axes[0].get_tightbbox()
     assert box.height > 0.7 * figure.bbox.height
     assert box.width > 0.7 * figure.bbox.width
+
+
+def boxes_of_texts(figure):
+    """Where each text stands that is seen, in pixels."""
+    unseen = set()
+    bars = [bar for axes in figure.axes for bar in axes.child_axes]
+    for axes in [*figure.axes, *bars]:
+        unseen |= set() if axes.get_visible() else {*axes.findobj(Text)}
+        for axis in (axes.xaxis, axes.yaxis):
+            shown = [tick for tick in ticks_inside(axis) if axis.get_visible()]
+            hidden = {*axis.get_major_ticks()} - {*shown}
+            unseen |= {text for tick in hidden for text in tick.findobj(Text)}
+            unseen |= set() if axis.get_visible() else {axis.label}
+    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
+    return {text: text.get_window_extent() for text in texts if text not in unseen}
+
+
+def ticks_inside(axis):
+    low, high = sorted(axis.get_view_interval())
+    return [t for t in axis.get_major_ticks() if low - 1e-9 <= t.get_loc() <= high + 1e-9]
+
+
+def scaled(size):
+    gait = sample_gait()
+    return replace(gait, torque=size * gait.torque, ground_wrench=size * gait.ground_wrench)
+
+
+@pytest.fixture(scope="module")
+def longest_words(robot):
+    """A gait whose legends have most rows: a stride with three phases in each step."""
+    task = preset_task(turn_rate=0.2, toe_off=0.65, heel_strike=0.1)
+    return gait_at(WalkProblem(robot, task), first_guess(WalkProblem(robot, task)), {})
+
+
+@pytest.mark.parametrize("kind", [1e-3, 1.0, 10.0, 1e3, "stride", "transition"])
+def test_no_text_is_cut_off_or_lies_on_another(kind, request):
+    gait = scaled(kind) if isinstance(kind, float) else None
+    if gait is None:
+        gait = from_rest().transition if kind == "transition" else None
+    gait = gait or request.getfixturevalue("longest_words")
+    for name in TRANSITION_FIGURES if kind == "transition" else FIGURES:
+        figure = make_figure(gait, name)
+        rendered(figure, "png")
+        boxes = boxes_of_texts(figure)
+        assert len(boxes) > 15
+        for text, box in boxes.items():
+            corners = np.array([box.min, figure.bbox.max - box.max])
+            assert corners.min() > 0.0, (name, text)
+        for (one, a), (other, b) in combinations(boxes.items(), 2):
+            shared = np.minimum(a.max, b.max) - np.maximum(a.min, b.min)
+            assert shared.min() < 1.0, (name, one, other)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_numbers_and_labels_stand_where_matplotlib_puts_them(name):
+    """Its own ticks are slow to make, five objects each, and are the oracle here."""
+    figure = make_figure(sample_gait(), name)
+    rendered(figure, "png")
+    drawn = defaultdict(list)
+    for text, box in boxes_of_texts(figure).items():
+        drawn[text.get_text()].append(box)
+    panels = [axes for axes in figure.axes if axes.get_visible()]
+    assert not any(axis.get_visible() for axes in panels for axis in (axes.xaxis, axes.yaxis))
+    for axes in panels:
+        axes.xaxis.set_visible(True)
+        axes.yaxis.set_visible(True)
+    with styled():
+        figure.canvas.draw()
+    for axis in (axis for axes in panels for axis in (axes.xaxis, axes.yaxis)):
+        for text in [axis.label, *(tick.label1 for tick in ticks_inside(axis))]:
+            if text.get_visible() and text.get_text():
+                place = text.get_window_extent().get_points()
+                near = [np.abs(box.get_points() - place).max() for box in drawn[text.get_text()]]
+                assert min(near) < 3.0, (text, near)
+
+
+def test_an_image_is_what_the_canvas_shows():
+    figure = make_figure(sample_gait(), "cop")
+    with Image.open(io.BytesIO(rendered(figure, "png"))) as image:
+        image.verify()
+    with Image.open(io.BytesIO(rendered(figure, "png"))) as image:
+        assert image.info["dpi"] == pytest.approx((150.0, 150.0), abs=0.02)
+        canvas = np.asarray(figure.canvas.buffer_rgba())
+        assert np.array_equal(np.asarray(image), canvas[..., :3])
+    assert (canvas[..., 3] == 255).all()
+
+
+def test_a_figure_is_laid_out_once_for_all_its_forms():
+    figure = make_figure(sample_gait(), "torques")
+    assert rendered(figure, "png") == rendered(figure, "png")
 
 
 def test_all_that_the_step_shows_is_in_its_legend():
