@@ -320,15 +320,24 @@ class Trajectory:
             t = np.atleast_1d(np.asarray(times)).astype(np.float64, casting="same_kind")
         except (TypeError, ValueError):
             t = np.full(1, np.nan)
-        if t.ndim != 1 or not (np.abs(t) <= LATEST).all():
-            raise InputError(
-                f"times of a trajectory must be numbers up to {LATEST:g} s, shape (N,)"
-            )
+        if t.ndim != 1 or not self._reaches(t):
+            raise InputError(f"times of {self._reach}, shape (N,)")
         at_most(len(t), TIMES, "instants")
         ending = np.asarray(before, dtype=bool)
         if ending.shape not in ((), t.shape):
             raise InputError(f"`before` has shape {ending.shape}; give one, or one for each time")
-        ending = np.broadcast_to(ending, t.shape)
+        return self._evaluated(t, *self._located(t, np.broadcast_to(ending, t.shape)))
+
+    _reach = f"a trajectory must be numbers up to {LATEST:g} s"
+
+    def _reaches(self, times: Array) -> bool:
+        """Whether it is defined at all of some times (N,) [s]."""
+        return bool((np.abs(times) <= LATEST).all())
+
+    def _located(
+        self, t: Array, ending: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Step, phase, and time in it [s], of times (N,); whether an instant of change ends one."""
         share = t / self.step_duration
         step = np.where(ending, np.ceil(share - _SNAP) - 1, np.floor(share + _SNAP))
         local = np.clip(t - step * self.step_duration, 0.0, self.step_duration)
@@ -336,8 +345,7 @@ class Trajectory:
         phase = (local[:, None] - np.where(ending, slack, -slack)[:, None] >= self._ends[:-1]).sum(
             axis=1
         )
-        number = step.astype(np.int64)
-        return self._evaluated(t, number, phase, local - self._starts[phase])
+        return step.astype(np.int64), phase, local - self._starts[phase]
 
     @cached_property
     def _ends(self) -> Array:
@@ -359,10 +367,17 @@ class Trajectory:
 
         The stride moves the world so that the next period looks like this one.
         """
-        kinematics = _Kinematics(self.body)
+        stances, place = self._followed(self._steps)
+        line = _heading(stances)
+        stride = line * place * line.inverse()
+        return tuple(tuple(line * p for p in own) for own in stances), stride
+
+    def _followed(self, steps: int) -> tuple[list[tuple[pin.SE3, ...]], pin.SE3]:
+        """Return the placements of the footprints in some steps from the first, and of the next."""
+        feet = _Feet(self.body)
         place, stances = pin.SE3.Identity(), []
         standing = self._standing(0, 0)
-        for step in range(self._steps):
+        for step in range(steps):
             own = []
             for index, phase in enumerate(self._phases(step)):
                 own.append(place)
@@ -370,16 +385,14 @@ class Trajectory:
                 last = index + 1 == len(self.phases)
                 following = self._standing(step + last, 0 if last else index + 1)
                 if following != standing:
-                    soles = kinematics.soles(end)
+                    soles = feet.soles(end)
                     turned = phase.foot_motion(np.array([phase.duration]))[0, 0]
                     place = place * pin.exp6(turned) * soles[standing].inverse() * soles[following]
                     landed = self._phases(step + 1)[0].foot_motion(np.zeros(1))
                     place = place * pin.exp6(-landed[0, 0])  # where it will be flat
                     standing = following
             stances.append(tuple(own))
-        line = _heading(stances)
-        stride = line * place * line.inverse()
-        return tuple(tuple(line * p for p in own) for own in stances), stride
+        return stances, place
 
     def _phases(self, step: int) -> tuple[TrajectoryPhase, ...]:
         """Return the phases of a step, as of its mirror image where it is an odd one."""
@@ -528,59 +541,42 @@ class StepSequence(Trajectory):
     def changes(self) -> Array:
         return self._ends
 
-    def advance(self, step: int) -> pin.SE3:
-        return self._places[step]
+    @property
+    def _reach(self) -> str:  # type: ignore[override]  # a constant of others
+        return f"this motion must be from 0 to {self.period:.6g} s"
 
-    def at(self, times: ArrayLike, before: bool | ArrayLike = False) -> TrajectorySamples:
-        """Return the motion at times from 0 to its period [s]; otherwise as `Trajectory.at`.
-
-        Raises:
-            InputError: a time is not finite or outside, or there are too many of them.
-        """
-        t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    def _reaches(self, times: Array) -> bool:
         slack = _SNAP * self.step_duration
-        if t.ndim != 1 or not ((t >= -slack) & (t <= self.period + slack)).all():
-            raise InputError(f"times of this motion must be from 0 to {self.period:.6g} s")
-        at_most(len(t), TIMES, "instants")
-        ending = np.broadcast_to(np.asarray(before, dtype=bool), t.shape)
+        return bool(((times >= -slack) & (times <= self.period + slack)).all())
+
+    def _located(
+        self, t: Array, ending: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        slack = _SNAP * self.step_duration
         inner = self._ends[:-1]
         step = (t[:, None] - np.where(ending, slack, -slack)[:, None] >= inner).sum(axis=1)
         local = np.clip(t - self._starts[step], 0.0, np.diff([0.0, *self._ends])[step])
-        return self._evaluated(t, step.astype(np.int64), np.zeros(len(t), dtype=np.int64), local)
+        return step.astype(np.int64), np.zeros(len(t), dtype=np.int64), local
 
     def share(self, samples: TrajectorySamples) -> Array:
         durations = np.diff([0.0, *self._ends])[samples.step]
         return np.asarray((samples.time - self._starts[samples.step]) / durations)
 
+    @property
+    def _steps(self) -> int:
+        return len(self.phases)
+
     @cached_property
-    def _places(self) -> tuple[pin.SE3, ...]:
-        """Placement of the footprint of each step in the world."""
-        kinematics, place = _Kinematics(self.body), pin.SE3.Identity()
-        places = [place]
-        for step, phase in enumerate(self.phases[:-1]):
-            end = self._exchanged(phase.motion(np.array([phase.duration]))[0], step)[0]
-            soles, standing = kinematics.soles(end), self._standing(step, 0)
-            if self.numbers[step + 1] != self.numbers[step]:
-                place = place * soles[standing].inverse() * soles[1 - standing]
-            places.append(place)
-        line = _heading([(one,) for one in places])
-        return tuple(line * one for one in places)
+    def _stances(self) -> tuple[tuple[tuple[pin.SE3, ...], ...], pin.SE3]:
+        stances, place = self._followed(len(self.phases) - 1)
+        line = _heading([*stances, (place,)])
+        return tuple((line * one,) for (one,) in [*stances, (place,)]), pin.SE3.Identity()
 
     def _phases(self, step: int) -> tuple[TrajectoryPhase, ...]:
         return (self.phases[step],)
 
     def _mirrored(self, step: int) -> bool:
         return super()._mirrored(self.numbers[step])
-
-    def _place(self, step: int, phase: int) -> pin.SE3:
-        del phase
-        return self._places[step]
-
-    def _parts(
-        self, step: NDArray[np.int64], phase: NDArray[np.int64]
-    ) -> Iterator[tuple[TrajectoryPhase, int, NDArray[np.int64]]]:
-        for number, part in enumerate(self.phases):
-            yield part, number, np.flatnonzero((step == number) & (phase == 0))
 
 
 def fitted_coefficients(knots: Array, times: Array, motion: Array) -> Array:
@@ -604,7 +600,7 @@ def fitted_coefficients(knots: Array, times: Array, motion: Array) -> Array:
     return found
 
 
-class _Kinematics:
+class _Feet:
     """Where the feet of a robot are, its base at the origin."""
 
     def __init__(self, body: Multibody) -> None:
@@ -622,20 +618,15 @@ class _Kinematics:
         return tuple(self._data.oMf[frame].copy() for frame in self._frames)
 
 
-class _Closing:
+class _Closing(_Feet):
     """Closes the legs of a robot both of whose feet stand, the base at the origin and at rest.
 
     Two bodies that are fixed to each other have one spatial velocity and one spatial acceleration.
     """
 
-    def __init__(self, body: Multibody) -> None:
-        self._kinematics, self._body, self._model = _Kinematics(body), body, body.model
-        self._data = self._model.createData()
-        self._frames = [self._model.getFrameId(name) for name in body.sole_names]
-
     def between(self, joints: Array, foot: int) -> pin.SE3:
         """Return the placement of the other sole in that of a foot, for moving joints (n,)."""
-        soles = self._kinematics.soles(joints)
+        soles = self.soles(joints)
         return soles[foot].inverse() * soles[1 - foot]
 
     def close(self, motion: Array, foot: int, target: pin.SE3, turn: Array) -> None:
@@ -691,7 +682,7 @@ class _Closing:
         return np.asarray(found)
 
 
-class _Dynamics:
+class _Dynamics(_Feet):
     """Inverse dynamics of a robot that stands with one foot, flat or turning about a line.
 
     The twist of the base follows from the sole's; the wrench on the foot is the only
@@ -699,9 +690,7 @@ class _Dynamics:
     """
 
     def __init__(self, body: Multibody) -> None:
-        self._body, self._model = body, body.model
-        self._data = self._model.createData()
-        self._frames = [self._model.getFrameId(name) for name in body.sole_names]
+        super().__init__(body)
         self._carried = body.carried
         self._forces = pin.StdVec_Force()
         self._forces.extend([pin.Force.Zero()] * self._model.njoints)
