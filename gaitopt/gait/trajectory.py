@@ -379,10 +379,11 @@ class Trajectory:
         standing = self._standing(0, 0)
         for step in range(steps):
             own = []
-            for index, phase in enumerate(self._phases(step)):
+            phases = self._phases(step)
+            for index, phase in enumerate(phases):
                 own.append(place)
                 end = self._exchanged(phase.motion(np.array([phase.duration]))[0], step)[0]
-                last = index + 1 == len(self.phases)
+                last = index + 1 == len(phases)
                 following = self._standing(step + last, 0 if last else index + 1)
                 if following != standing:
                     soles = feet.soles(end)
