@@ -66,7 +66,7 @@ def first_guess(problem: WalkProblem) -> Array:
         UnreachableError: the step is too long for the legs.
         InputError: a constraint or a cost of one's own has no finite value there.
     """
-    layouts = problem.layout.steps if isinstance(problem.layout, StepsLayout) else (problem.layout,)
+    layouts = [model.layout for model in problem.models]
     geometries = [_geometry(problem, step) for step in range(len(layouts))]
     starts = [_start(problem, geometry) for geometry in geometries]
     guessed = _guessed_closing if problem.schedule.closing else _guessed_step
@@ -94,7 +94,7 @@ class _Start:
 def _start(problem: WalkProblem, geometry: Array) -> _Start:
     """Return the double support of geometric quantities."""
     pelvis, _ = place(PELVIS_CHAIN, geometry)
-    rear, _ = place(swing_sole_chain(problem.layout.rise), geometry)
+    rear, _ = place(swing_sole_chain(problem.task.ground.rise), geometry)
     turns = _turns(problem, geometry)
     rear, landed = rear * turns.place(1.0), turns.place(0.0).inverse()
     q = LegKinematics(problem.robot).solve(landed * pelvis, landed * rear)
@@ -185,7 +185,7 @@ def _lowered_start(problem: WalkProblem, geometry: Array) -> _Start:
 
 def with_peak(problem: WalkProblem, x: Array) -> Array:
     """Return x (P,) with its largest torque, if that is in it, as large as its torques are."""
-    if problem.layout.peak:
+    if problem.model.layout.peak:
         x = x.copy()
         x[problem.layout.largest] = np.abs(problem.whole(x).read(quantities.TORQUE)).max()
     return x
@@ -294,7 +294,7 @@ def flat_feet_gap(problem: WalkProblem) -> float:
         return 0.0
     from scipy.optimize import least_squares  # which takes longer to import than most answers need
 
-    support = JointAngleSupport(robot, rise=layout.rise)
+    support = JointAngleSupport(robot, rise=problem.task.ground.rise)
     geometry, count = _geometry(problem, 0), len(robot.joint_names)
     fixed_step = not layout.geometry[DURATION].free and problem.task.speed_as == "constraint"
     rows = [row for row in layout.free if not (row == STEP_LENGTH and fixed_step)]
@@ -314,9 +314,8 @@ def flat_feet_gap(problem: WalkProblem) -> float:
         return np.concatenate([loop_gap(loop) for loop in support.posture(at, y[:count]).loops])
 
     kinematics = LegKinematics(robot)
-    q = kinematics.solve(
-        place(PELVIS_CHAIN, geometry)[0], place(swing_sole_chain(problem.layout.rise), geometry)[0]
-    )
+    sole = place(swing_sole_chain(problem.task.ground.rise), geometry)[0]
+    q = kinematics.solve(place(PELVIS_CHAIN, geometry)[0], sole)
     start = np.clip(np.r_[q, geometry[rows]], lower, upper)
     found = least_squares(gaps, start, bounds=(lower, upper + _HAIR), x_scale="jac")
     return float(np.abs(found.fun).max())
@@ -339,7 +338,7 @@ def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
 
 def _geometry(problem: WalkProblem, number: int) -> Array:
     """Geometric quantities of the guess at the start of a step: fixed ones keep their value."""
-    robot, task, layout = problem.robot, problem.task, _step_layout(problem, number)
+    robot, task, layout = problem.robot, problem.task, problem.models[number].layout
     legs, ground = robot.legs, task.ground
     guess = layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
@@ -395,8 +394,8 @@ def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
     their reach.
     """
     lifted = x.copy()
-    for number in range(new.task.steps):
-        at = _step_layout(new, number).index("pelvis_height")
+    for number, model in enumerate(new.models):
+        at = model.layout.index("pelvis_height")
         if at is None:
             return x
         before, after = _legs(old, number, x), _legs(new, number, x)
@@ -405,23 +404,12 @@ def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
         room = reach**2 - (after[:, :2] ** 2).sum(axis=1)
         if not (room > 0.0).all():
             return x
-        up, layout = float((np.sqrt(room) - after[:, 2]).min()), new.layout
-        if isinstance(layout, StepsLayout):
-            lifted += layout.charts[number].matrix[at] * up
-        else:
-            lifted[at] += up
+        lifted += model.chart.matrix[at] * float((np.sqrt(room) - after[:, 2]).min())
     return lifted
-
-
-def _step_layout(problem: WalkProblem, number: int) -> Layout:
-    """Return the layout of the parameters of a step."""
-    layout = problem.layout
-    return layout.steps[number] if isinstance(layout, StepsLayout) else layout
 
 
 def _legs(problem: WalkProblem, number: int, x: Array) -> Array:
     """Return the vectors from ankles to hips in the double support of a step, shape (2, 3)."""
-    layout, boundary = problem.layout, problem.model.boundary
-    z = layout.charts[number].of(x) if isinstance(layout, StepsLayout) else x
-    (pelvis, _), (sole, _) = boundary.place(_step_layout(problem, number).geometry_of(z))
+    model, boundary = problem.models[number], problem.model.boundary
+    (pelvis, _), (sole, _) = boundary.place(model.layout.geometry_of(model.chart.of(x)))
     return boundary.legs(pelvis, sole)[0]

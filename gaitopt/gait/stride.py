@@ -63,39 +63,9 @@ class StepsLayout(ABC):
     steps: tuple[Layout, ...]
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the n joints."""
-        return self.steps[0].joint_names
-
-    @property
-    def joints(self) -> int:
-        """Number of joints n."""
-        return self.steps[0].joints
-
-    @property
-    def postures(self) -> int:
-        """Number of intermediate postures of each step."""
-        return self.steps[0].postures
-
-    @property
-    def lifted(self) -> bool:
-        """Whether the postures at the starts are in x."""
-        return self.steps[0].lifted
-
-    @property
-    def rise(self) -> float:
-        """Of the footprint ahead over that of the stance foot, the same in both steps [m]."""
-        return self.steps[0].rise
-
-    @property
     def free(self) -> list[int]:
         """Rows of the geometry table that are in x."""
         return [i for i, quantity in enumerate(self.geometry) if quantity.free]
-
-    @property
-    def peak(self) -> bool:
-        """Whether the largest torque of all steps is in x."""
-        return self.steps[0].peak
 
     @property
     @abstractmethod
@@ -199,12 +169,12 @@ class StrideLayout(StepsLayout):
 
     @property
     def largest(self) -> slice:
-        return slice(self.begins[-1], self.begins[-1] + self.peak)
+        return slice(self.begins[-1], self.begins[-1] + self.steps[0].peak)
 
     @cached_property
     def shared(self) -> list[str]:
         """Names of what both steps share and x holds once; the duration is the last."""
-        names = [PEAK_NAME] if self.peak else []
+        names = [PEAK_NAME] if self.steps[0].peak else []
         return [*names, *(_name(row) for row in SHARED if self.geometry[row].free)]
 
     @cached_property

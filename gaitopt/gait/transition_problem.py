@@ -221,7 +221,7 @@ class TransitionLayout(StepsLayout):
             for number, (layout, own) in enumerate(zip(self.steps, self.own, strict=True))
             for k in own
         ]
-        return (*names, *(shift_names(self.joint_names) if self.shifts else ()))
+        return (*names, *(shift_names(self.steps[0].joint_names) if self.shifts else ()))
 
     @property
     def of_joints(self) -> list[int]:

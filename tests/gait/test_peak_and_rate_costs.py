@@ -42,7 +42,7 @@ SUM = WeightedSum(
 def with_cost(name, cost):
     at = walk(name)
     problem = WalkProblem(at.problem.robot, replace(at.problem.task, cost=cost), at.problem.grid)
-    return problem, np.append(at.x, 30.0) if problem.layout.peak else at.x
+    return problem, np.append(at.x, 30.0) if problem.model.layout.peak else at.x
 
 
 @pytest.mark.parametrize(
@@ -61,8 +61,8 @@ def test_derivatives_are_exact(name, cost):
     along = 0.1 * np.random.default_rng(1).normal(size=x.size) * problem.layout.scale()
     point = problem.point(x)
     check_derivative(lambda z: problem.values(z).cost, point.gradient @ along, x, along, step=1e-4)
-    rows = problem.rows_of("peak torque") if problem.layout.peak else slice(0)
-    if problem.layout.peak:
+    rows = problem.rows_of("peak torque") if problem.model.layout.peak else slice(0)
+    if problem.model.layout.peak:
         check_derivative(
             lambda z: problem.values(z).rows[rows], point.jacobian[rows] @ along, x, along,
             step=1e-4,
