@@ -19,21 +19,19 @@ from gaitopt.gait.parameters import STEP_LENGTH
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.chain_build import chain_of_robot
-from gaitopt.mechanics.mdh_chain import (
+from gaitopt.mechanics.newton_euler import (
     SOLE_AXES,
     Chain,
-    hat,
-    link_placements,
-    sole_placement,
-    turned,
-)
-from gaitopt.mechanics.newton_euler import (
     at_rest,
     base_in_sole_axes,
+    hat,
     impact,
     impulse_on_foot,
     inverse_dynamics,
+    link_placements,
     sole_axes,
+    sole_placement,
+    turned,
 )
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Values

@@ -24,8 +24,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
 from gaitopt.mechanics.impact import ClosedJump, FlatJump
-from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
+    Chain,
     at_rest,
     base_in_sole_axes,
     foot_twist,
@@ -35,7 +35,9 @@ from gaitopt.mechanics.newton_euler import (
     momentum,
     motor_effort,
     sole_axes,
+    sole_placement,
     swing_jacobian,
+    turned,
     wrench_on_ground,
 )
 from gaitopt.mechanics.single_support import standing_robot

@@ -9,18 +9,18 @@ import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, RobotError
-from gaitopt.mechanics.mdh_chain import (
+from gaitopt.mechanics.newton_euler import (
     SOLE_AXES,
     Chain,
     JointTable,
     LinkTable,
+    Loads,
     hat,
     parameters,
     placements,
     transforms,
     turned,
 )
-from gaitopt.mechanics.newton_euler import Loads
 from gaitopt.model.chain_physics import CarriedWeight
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array

@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.catalogue.biped_spec import BipedSpec, Geometry, LinkSpec, mirrored_inertia
 from gaitopt.errors import EvaluationError
 from gaitopt.mechanics.chain_build import LinkMasses, link_table, zero_posture
-from gaitopt.mechanics.mdh_chain import Chain, JointTable, six_vector, transforms, turned
+from gaitopt.mechanics.newton_euler import Chain, JointTable, six_vector, transforms, turned
 from gaitopt.nlp import Array
 
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from gaitopt.catalogue.biped_spec import biped13
-from gaitopt.mechanics.mdh_chain import Chain, JointTable, LinkTable
+from gaitopt.mechanics.newton_euler import Chain, JointTable, LinkTable
 
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
 UP = np.array([1.0, 0.0, 0.0])  # R0

@@ -10,7 +10,7 @@ from random_chains import relative
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError
-from gaitopt.mechanics.mdh_chain import sole_placement
+from gaitopt.mechanics.newton_euler import sole_placement
 
 
 def test_biped13_weighs_what_table_2_says():

@@ -20,8 +20,15 @@ from random_chains import (
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, RobotError
 from gaitopt.mechanics.chain_build import LinkMasses, chain_from_axes, chain_of_robot
-from gaitopt.mechanics.mdh_chain import SOLE_AXES, JointTable, hat, link_placements, sole_placement
-from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
+from gaitopt.mechanics.newton_euler import (
+    SOLE_AXES,
+    JointTable,
+    hat,
+    inverse_dynamics,
+    link_placements,
+    sole_axes,
+    sole_placement,
+)
 from gaitopt.model.robot import Robot
 
 X, Y, Z = np.eye(3)

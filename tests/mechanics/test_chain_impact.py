@@ -21,7 +21,6 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError
 from gaitopt.mechanics.chain_build import chain_of_robot
-from gaitopt.mechanics.mdh_chain import sole_placement
 from gaitopt.mechanics.newton_euler import (
     at_rest,
     base_in_sole_axes,
@@ -29,6 +28,7 @@ from gaitopt.mechanics.newton_euler import (
     impulse_on_foot,
     inertia_matrix,
     momentum,
+    sole_placement,
     swing_jacobian,
 )
 from gaitopt.model.robot import Robot

@@ -11,7 +11,7 @@ from random_chains import (
     turned_about,
 )
 
-from gaitopt.mechanics.mdh_chain import PARALLEL, link_placements, parameters, transforms
+from gaitopt.mechanics.newton_euler import PARALLEL, link_placements, parameters, transforms
 
 X, _, Z = np.eye(3)
 

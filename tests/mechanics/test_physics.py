@@ -12,8 +12,7 @@ from places import CASES
 
 from gaitopt.contact import ToeLine
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
-from gaitopt.mechanics.mdh_chain import turned
-from gaitopt.mechanics.newton_euler import motor_effort, sole_axes
+from gaitopt.mechanics.newton_euler import motor_effort, sole_axes, turned
 from gaitopt.mechanics.single_support import (
     FRICTION_RATE,
     SingleSupport,
