@@ -17,7 +17,7 @@ from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ABSENT, WIDTH, ProgressDisplay, new_table, screen, warn
 from gaitopt.cli.process import ExitCode, stop_on_interrupt
 from gaitopt.cli.report import print_doubts
-from gaitopt.cli.request import make_request
+from gaitopt.cli.request import SOLVER_OPTIONS, make_request
 from gaitopt.cli.results import require_writable, write_record
 from gaitopt.design.design import COMPARED, compare_solvers, run_record
 from gaitopt.design.process import small_matrices
@@ -28,7 +28,6 @@ from gaitopt.solvers.ipopt import Ipopt
 from gaitopt.tolerances import FEASIBLE
 
 RECORD, FIGURE = "comparison.json", "convergence.png"
-OPTIONS = ("tolerance", "max_iterations", "qp_solver")
 
 
 def run(given: Settings, asked: CompareOptions) -> None:
@@ -83,7 +82,9 @@ def _names(text: str | None) -> list[str]:
 def _solver(name: str, settings: Settings) -> Solver:
     """Return a solver with those of the options given that it has."""
     own = getattr(SOLVERS.get(name), "__dataclass_fields__", {})
-    return solver_by_name(name, **{k: settings[k] for k in OPTIONS if k in settings and k in own})
+    return solver_by_name(
+        name, **{k: settings[k] for k in SOLVER_OPTIONS if k in settings and k in own}
+    )
 
 
 def _walks(one: Solution) -> bool:

@@ -410,6 +410,9 @@ def _geometry(settings: Settings) -> dict[str, dict[str, float | bool]]:
     return changes | {name: {"free": False, "value": v} for name, v in asked.fix.items()}
 
 
+SOLVER_OPTIONS = ("tolerance", "max_iterations", "qp_solver")
+
+
 def make_solver(settings: Settings) -> Solver:
     """Return the solver with its options.
 
@@ -417,8 +420,7 @@ def make_solver(settings: Settings) -> Solver:
         InputError: there is no such solver, or it does not take an option given.
     """
     name = str(settings.get("solver", "default"))
-    keys = ("tolerance", "max_iterations", "qp_solver")
-    options = {key: settings[key] for key in keys if key in settings}
+    options = {key: settings[key] for key in SOLVER_OPTIONS if key in settings}
     if name not in ("default", ConfirmedSQP.name, TwoStageSQP.name):
         return solver_by_name(name, **options)
     # both stages aim at the same tolerance; the other options are those of the first

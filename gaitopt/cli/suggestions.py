@@ -32,7 +32,6 @@ from gaitopt.solvers.sqp import SQP
 FOLDER = "suggestions"
 """In the directory of the results, or else in one for gaitopt's files."""
 RECORD = "diagnosis.json"
-SOLVER = ("solver", "qp_solver", "tolerance", "max_iterations", "differences")
 GUESSES = ("start", "starts", "seed", "sigma")
 SAME_LIMIT = 1e-12  # relative; limits come back through a file
 
@@ -128,12 +127,12 @@ def _method(suggestion: Suggestion, request: Request, asked: Asked) -> dict[str,
     if begins_relaxed(suggestion.task, request.options):
         changes["approach"] = wanted.approach
     if (wanted.solver, wanted.differences) != (request.options.solver, request.options.differences):
-        changes |= dict.fromkeys(SOLVER)
         usual = {
             "solver": "default", "qp_solver": SQP.qp_solver, "tolerance": SQP.tolerance,
             "max_iterations": SQP.max_iterations, "differences": "none",
         }  # fmt: skip
-        changes |= {n: v for n, v in usual.items() if n in settings and n not in asked.settings}
+        from_file = {n for n in usual if n in settings and n not in asked.settings}
+        changes |= {n: v if n in from_file else None for n, v in usual.items()}
     return changes
 
 

@@ -166,12 +166,9 @@ class SimulatedRobot:
 
     def acceleration(self, configuration: Array, velocity: Array, acceleration: Array) -> Array:
         """Return `qacc` of a motion of `Multibody.model`, shape (6 + n,) [m/s², rad/s²]."""
-        a = np.empty(self.model.nv)
-        turning = np.cross(velocity[3:6], velocity[:3])  # the axes of the base turn
-        a[:3] = _rotation(configuration) @ (acceleration[:3] + turning)
-        a[3:6] = acceleration[3:6]
-        a[self.driven] = acceleration[6 + self.body.driven]
-        return a
+        change = acceleration.copy()
+        change[:3] += np.cross(velocity[3:6], velocity[:3])  # the axes of the base turn
+        return self.velocity(configuration, change)
 
 
 def simulated_robot(

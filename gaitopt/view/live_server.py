@@ -17,13 +17,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol
 
-from tornado.httpserver import HTTPServer
-from tornado.web import Application, RequestHandler
+from tornado.web import RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError
-from gaitopt.view.scene_server import LOCAL, hosts_of, listening_socket
+from gaitopt.view.scene_server import LOCAL, begin_serving, listening_socket, url_of
 from gaitopt.view.viewer import data_text
 
 LONELY = 3.0  # s without a page before the server ends, once there was one
@@ -94,10 +93,8 @@ def serve(
         Exception: what went wrong in the session, where that is no `GaitoptError`.
     """
     listening = listening_socket(host, port)
-    name = f"[{host}]" if ":" in host else host
-    url = f"http://{name}:{listening.getsockname()[1]}/"
     with _switching(SWITCH):
-        asyncio.run(_serve(session, listening, hosts_of(host), url, on_ready, stay))
+        asyncio.run(_serve(session, listening, host, on_ready, stay))
 
 
 @contextlib.contextmanager
@@ -116,8 +113,7 @@ def _switching(interval: float) -> Iterator[None]:
 async def _serve(
     session: Session,
     listening: Any,
-    hosts: str,
-    url: str,
+    host: str,
     on_ready: Callable[[str], None],
     stay: bool,
 ) -> None:
@@ -127,17 +123,10 @@ async def _serve(
         with contextlib.suppress(NotImplementedError, ValueError):  # not the main thread
             loop.add_signal_handler(number, ended.set)
     desk = _Desk(session, loop, ended.set)
-    application = Application(
-        log_function=lambda _: None,
-        websocket_max_message_size=LARGEST,
-    )
-    application.add_handlers(
-        hosts, [(r"/", _Page, {"session": session}), (r"/socket", _Socket, {"desk": desk})]
-    )
-    served = HTTPServer(application)
-    served.add_socket(listening)
+    handlers = [(r"/", _Page, {"session": session}), (r"/socket", _Socket, {"desk": desk})]
+    served = begin_serving(listening, host, handlers, websocket_max_message_size=LARGEST)
     desk.start()
-    on_ready(url)
+    on_ready(url_of(listening, host))
     try:
         while not ended.is_set():
             with contextlib.suppress(asyncio.TimeoutError):

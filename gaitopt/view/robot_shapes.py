@@ -383,16 +383,10 @@ def _placement(node: Element) -> Array:
         elif tag == "scale":
             own[:3, :3] = np.diag(numbers[:3])
         else:
-            own[:3, :3] = _rotation(numbers[:3], np.radians(numbers[3]))
+            axis = numbers[:3] / np.linalg.norm(numbers[:3])
+            own[:3, :3] = pin.AngleAxis(np.radians(numbers[3]), axis).matrix()
         place = place @ own
     return place
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    """Return Rodrigues' rotation about an axis."""
-    x, y, z = axis / np.linalg.norm(axis)
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
 
 
 def _fans(counts: Array) -> Array:

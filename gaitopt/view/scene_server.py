@@ -72,7 +72,7 @@ class SceneServer:
         """
         listening = listening_socket(host, port)
         self.host, self.port = host, int(listening.getsockname()[1])
-        self.web_url = f"http://{f'[{host}]' if ':' in host else host}:{self.port}/static/"
+        self.web_url = f"{url_of(listening, host)}static/"
         self._commands: dict[tuple[str, ...], bytes] = {}
         self._viewers: set[_Socket] = set()
         self._lock = threading.Lock()
@@ -117,17 +117,11 @@ class SceneServer:
 
     def _run(self, listening: socket.socket) -> None:
         asyncio.set_event_loop(self._loop)
-        application = Application(log_function=lambda _: None)
-        application.add_handlers(
-            hosts_of(self.host),
-            [
-                (r"/static/(.*)", _Files, {"path": str(viewer_root()),
-                                           "default_filename": "index.html"}),
-                (r"/", _Socket, {"server": self, "viewers": self._viewers}),
-            ],
-        )  # fmt: skip
-        served = HTTPServer(application)
-        served.add_socket(listening)
+        files = {"path": str(viewer_root()), "default_filename": "index.html"}
+        socket_of = {"server": self, "viewers": self._viewers}
+        served = begin_serving(
+            listening, self.host, [(r"/static/(.*)", _Files, files), (r"/", _Socket, socket_of)]
+        )
         self._loop.call_soon(self._ready.set)
         try:
             self._loop.run_forever()
@@ -223,6 +217,22 @@ def _bound(host: str, port: int) -> socket.socket:
         ) from error
     bound.setblocking(False)
     return bound
+
+
+def url_of(listening: socket.socket, host: str) -> str:
+    """Return the address of what is served at a socket that listens at a host."""
+    return f"http://{f'[{host}]' if ':' in host else host}:{listening.getsockname()[1]}/"
+
+
+def begin_serving(
+    listening: socket.socket, host: str, handlers: list[Any], **settings: Any
+) -> HTTPServer:
+    """Serve Tornado's handlers at a socket, on the loop that runs, and say nothing of requests."""
+    application = Application(log_function=lambda _: None, **settings)
+    application.add_handlers(hosts_of(host), handlers)
+    served = HTTPServer(application)
+    served.add_socket(listening)
+    return served
 
 
 def is_local(host: str) -> bool:
