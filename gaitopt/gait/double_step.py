@@ -28,12 +28,7 @@ from gaitopt.contact import shared_knots
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.double_support import (
-    Displacement,
-    drive,
-    landing_sole_chain,
-    place,
-)
+from gaitopt.gait.double_support import Placing, landing_sole_chain
 from gaitopt.gait.parameters import DURATION, FOOT_YAW
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import (
@@ -141,8 +136,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         span = (1.0 - touch) * float(layout.fixed_values[DURATION])
         self._late = _by_accelerations(0.5 * span) if self.striking else _by_moves(span)
         self._touching = np.array([touch])
-        self._chain: tuple[Displacement, ...] = landing_sole_chain(layout.rise)
-        self._drive = drive(self._chain)
+        self._placing = Placing(landing_sole_chain(layout.rise))
         self._closed_chain = None if self.hinge is None else ClosedChain(robot, self.standing)
 
     def _hinge_motion(self, x: Array, T: float, instants: Array | None = None) -> Array:
@@ -178,8 +172,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         After it those of the swing leg are near its motion, which closes the chain, and exact at
         their knots and in the rates at their ends.
         """
-        double, T, n = step.double, step.duration, self.layout.joints
-        assert double is not None
+        double, T, n = step.double_support, step.duration, self.layout.joints
         early, late = self.swing_basis.knots, self.basis.knots[-3:]
         at, h = self.late_motion(step)[1:2].swapaxes(0, 1), self._h
         turned = self._hinge_motion(step.x, T, late[1:2])
@@ -219,8 +212,7 @@ class DoubleStepModel(StepModelBase[Closing]):
 
         Of an impact, if there were one, where both feet come to stand; each in its sole frame.
         """
-        double = step.double
-        assert double is not None
+        double = step.double_support
         posture, axes = double.touchdown.motion[0, 0], double.touchdown.axes[0]
         each = double.sole.toDualActionMatrix().T
         rear = [self.closed_impact.at(posture, axes, force).rear for force in each]
@@ -243,7 +235,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         del slopes
         z, T = opening.z, float(opening.geometry[DURATION])
         q_end = self.exchange @ following.posture.q_start
-        sole, targets = place(self._chain, following.geometry)
+        ((sole, targets),) = self._placing.at(following.geometry)
         rates = z[self.layout.rates]
         last = np.stack([q_end[self.free], rates, np.zeros(self._count)])[:, None]
         turned = self._hinge_motion(z, T, _END)
@@ -294,7 +286,7 @@ class DoubleStepModel(StepModelBase[Closing]):
 
     def _closed(self, free: Array, sole: pin.SE3, targets: Array) -> ClosedMotion:
         motion, axes = self.closed.motion(free, sole)
-        return ClosedMotion(motion, axes, targets, self._drive)
+        return ClosedMotion(motion, axes, targets, self._placing.drives[0])
 
     def _at_end(
         self, opening: Opening, ending: Closing, course: Course
@@ -338,8 +330,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         (q_start, q_end), (liftoff, at_start) = postures, ends
         left = before.liftoff.jacobian[0, self._rates] @ at_start[0]
         rate_start, geometry = self.exchange @ left, following.geometry_in_x
-        double, layout, T = step.double, self.layout, step.duration
-        assert double is not None
+        double, layout, T = step.double_support, self.layout, step.duration
         P, n, k = self._size, layout.joints, layout.postures
         matrix, h = self.chart.matrix, self._h
         rate_end = matrix[layout.rates]
@@ -436,9 +427,8 @@ class DoubleStepModel(StepModelBase[Closing]):
         self, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
     ) -> tuple[Array, OnEnds]:
         """Return what a step bends but for its ends, (P, P), and what those weigh."""
-        double, n = step.double, self.layout.joints
+        double, n = step.double_support, self.layout.joints
         at, T, P, motion = derivatives.double, step.duration, self._size, derivatives.motion
-        assert double is not None
         assert at is not None
         h, m = self._h, self._h + n
         of_hinge = np.zeros((self.grid.count, h))  # its torque is part of the wrench
@@ -489,8 +479,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         Args:
             rate: weights of the rates at the start of the next step, there exchanged, (n,).
         """
-        double, at, h = step.double, derivatives.double, self._h
-        assert double is not None
+        double, at, h = step.double_support, derivatives.double, self._h
         assert at is not None
         last = np.zeros((1, 3 * (h + self.layout.joints)))
         last[0, self._rates] = self.exchange.T @ rate
@@ -563,10 +552,9 @@ class DoubleStepModel(StepModelBase[Closing]):
             jump: weights of the jump of the rates, shape (n,).
             H: Hessian in x, shape (P, P).
         """
-        double, n = step.double, self.layout.joints
-        assert double is not None
-        assert double.struck is not None
+        double, n = step.double_support, self.layout.joints
         struck = double.struck
+        assert struck is not None
         e = struck.adjoint(jump, first[quantities.REAR_IMPULSE][0])
         along = double.touchdown.jacobian[0, :n] @ at.touchdown[0]
         bent = self.closed_impact.hessian(struck, e)

@@ -71,14 +71,6 @@ class Displacement:
     factor: float = 1.0
     point: Array | None = None
 
-    @cached_property
-    def motion(self) -> pin.Motion:
-        """Its unit motion."""
-        if not self.turns:
-            return pin.Motion(self.axis, _ZERO)
-        moved = _ZERO if self.point is None else np.cross(self.point, self.axis)
-        return pin.Motion(moved, self.axis)
-
 
 PELVIS_CHAIN = (
     Displacement(_X, False, PELVIS_FORWARD),
@@ -122,21 +114,6 @@ def landing_sole_chain(rise: float) -> tuple[Displacement, ...]:
     )  # fmt: skip
 
 
-def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Array]:
-    """Return the placement and the world axes of its displacements, shape (k, 6).
-
-    Args:
-        chain: displacements from the stance sole outwards.
-        geometry: the geometric quantities, shape (10,) or more.
-    """
-    placement, axes, amounts = pin.SE3.Identity(), [], geometry.tolist()
-    for joint in chain:
-        axes.append(placement.act(joint.motion).vector)
-        driven = 1.0 if joint.quantity is None else amounts[joint.quantity]
-        placement = placement * pin.exp6(joint.motion * (joint.factor * driven))
-    return placement, np.array(axes)
-
-
 def drive(chain: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> Array:
     """Return the matrix from geometric quantities, `count` of them, to displacements."""
     matrix = np.zeros((len(chain), count))
@@ -146,12 +123,15 @@ def drive(chain: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> Array:
     return matrix
 
 
-class _Chains:
-    """Chains of displacements as joints of one model, which is an eighth of the time of `place`."""
+class Placing:
+    """Chains of displacements as joints of one model.
 
-    def __init__(
-        self, chains: tuple[tuple[Displacement, ...], ...], drives: tuple[Array, ...]
-    ) -> None:
+    Attributes:
+        drives: from `count` geometric quantities to the displacements of each chain, (k, count).
+    """
+
+    def __init__(self, *chains: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> None:
+        """Take displacements from the stance sole outwards."""
         self._model, self._ends = pin.Model(), list[tuple[int, slice, pin.SE3]]()
         for chain in chains:
             carrier, end, first = 0, pin.SE3.Identity(), self._model.nq
@@ -163,17 +143,27 @@ class _Chains:
                 end = point.inverse()
             self._ends.append((carrier, slice(first, self._model.nq), end))
         self._data = self._model.createData()
-        self._drive = np.concatenate(drives)
+        self.drives = [drive(chain, count) for chain in chains]
+        self._drive = np.concatenate(self.drives)
         still = (joint.quantity is None for chain in chains for joint in chain)
         factors = (joint.factor for chain in chains for joint in chain)
         self._fixed = np.array([f if s else 0.0 for f, s in zip(factors, still, strict=True)])
 
-    def placed(self, geometry: Array) -> list[tuple[pin.SE3, Array]]:
-        """Return of each chain what `place` does."""
+    def at(self, geometry: Array) -> list[tuple[pin.SE3, Array]]:
+        """Return of each chain the placement and the world axes of its displacements, (k, 6).
+
+        Args:
+            geometry: the geometric quantities, shape (count,) or more.
+        """
         amounts = self._drive @ geometry[: self._drive.shape[1]] + self._fixed
         axes = pin.computeJointJacobians(self._model, self._data, amounts).T.copy()
         placements = self._data.oMi
         return [(placements[last] * end, axes[own]) for last, own, end in self._ends]
+
+
+def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Array]:
+    """Return what `Placing.at` does for one chain and quantities (10,)."""
+    return Placing(chain).at(geometry)[0]
 
 
 _TURN, _SHIFT = pin.JointModelRevoluteUnaligned, pin.JointModelPrismaticUnaligned
@@ -279,8 +269,8 @@ class DoubleSupport(ABC):
             self.count += 1
             self.pelvis_chain = (back, *self.pelvis_chain)
             self.sole_chain = (back, *self.sole_chain)
-        self.drives = drive(self.pelvis_chain, self.count), drive(self.sole_chain, self.count)
-        self._chains = _Chains((self.pelvis_chain, self.sole_chain), self.drives)
+        self._placing = Placing(self.pelvis_chain, self.sole_chain, count=self.count)
+        self.drives = self._placing.drives[0], self._placing.drives[1]
         self.kinematics = LegKinematics(robot)
 
     @abstractmethod
@@ -319,7 +309,7 @@ class DoubleSupport(ABC):
         """
         if not np.isfinite(geometry).all():
             raise EvaluationError("a geometric quantity is not finite")
-        pelvis, sole = self._chains.placed(geometry)
+        pelvis, sole = self._placing.at(geometry)
         return pelvis, sole
 
     def legs(self, pelvis: pin.SE3, sole: pin.SE3) -> tuple[Array, Array]:
@@ -381,14 +371,7 @@ class InverseKinematicsSupport(DoubleSupport):
     _last: tuple[Array, Posture] | None = None
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
-        """Return the posture for geometric quantities, shape (G,).
-
-        The last one is kept: a walk is looked at on one grid after another.
-
-        Raises:
-            UnreachableError: a leg cannot reach, or the feet or pelvis are misplaced.
-        """
-        del q_start
+        del q_start  # the last posture is kept: a walk is looked at on one grid after another
         if self._last is not None and np.array_equal(self._last[0], geometry):
             return self._last[1]
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
@@ -470,11 +453,6 @@ class JointAngleSupport(DoubleSupport):
         return self._affine_drives if coupling.affine else self._drives_at(coupling.at(q_start))
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
-        """Return the posture at the joint angles given, and its gaps.
-
-        Raises:
-            EvaluationError: pelvis or foot are turned by more than a right angle.
-        """
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
         pelvis_is, sole_is = self.kinematics.placements(q_start)
         loops = (pelvis_is.inverse() * pelvis, sole_is.inverse() * sole)

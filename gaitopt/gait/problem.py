@@ -20,7 +20,6 @@ from gaitopt.gait.constraint import (
     Constraint,
     ConstraintBlock,
     ConstraintContext,
-    failure,
     own_code,
 )
 from gaitopt.gait.constraints import CONSTRAINTS
@@ -596,13 +595,9 @@ def _asked(constraint: Constraint, context: ConstraintContext) -> bool:
     Raises:
         InputError: it cannot tell, as where it names a margin that is none.
     """
-    try:
+    what = f"the constraint '{constraint.name}' does not say whether it is asked for"
+    with own_code(constraint, what):
         return constraint.asked(context)
-    except Exception as error:
-        told = failure(error, constraint)
-        raise InputError(
-            f"the constraint '{constraint.name}' does not say whether it is asked for: {told}"
-        ) from error
 
 
 def _checked_block(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:

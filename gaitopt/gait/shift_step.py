@@ -110,7 +110,6 @@ class ShiftPart(DoubleSupportPart):
 
     @property
     def opens(self) -> bool:
-        """True: it begins the step."""
         return True
 
 
@@ -158,7 +157,6 @@ class ShiftStepModel(StepModel):
         return cached_workspace(self.robot, ClosedChain)
 
     def opening(self, x: Array, posture: Posture | None = None) -> Opening:
-        """Return the double support as the foot leaves; as of `StepModel`."""
         found = super().opening(x, posture)
         return _ShiftOpening(found.z, found.geometry, found.posture, x[self.shift.entries])
 
@@ -193,7 +191,6 @@ class ShiftStepModel(StepModel):
         return np.ascontiguousarray(motion.swapaxes(0, 1))
 
     def swing_duration(self, step: Step) -> float:
-        """Return for how long one foot swings [s]."""
         return (1.0 - self.shift.share) * step.duration
 
     def sampled(self, step: Step) -> tuple[NDArray[np.int_], Array]:
@@ -204,17 +201,14 @@ class ShiftStepModel(StepModel):
 
     def points(self, step: Step) -> Array:
         """Return the control points of the wrench on the foot that will swing, shape (4, 6)."""
-        part = step.double
-        assert isinstance(part, ShiftPart)
-        return part.swing
+        return _part(step).swing
 
     def splines(self, step: Step) -> tuple[Array, Array]:
         """Return knots [s] (m,) and coefficients (m + 2, n) of the joints while both feet stand.
 
         The leg that will swing is near its splines, exact at the knots and in its last rates.
         """
-        part = step.double
-        assert isinstance(part, ShiftPart)
+        part = _part(step)
         free = (self._at_knots.at(step.duration) @ part.free).swapaxes(0, 1)
         motion = self._closed(free).motion
         times = self.knots[: len(_KNOTS) + 1] * step.duration
@@ -223,10 +217,8 @@ class ShiftStepModel(StepModel):
     def _motion_jacobian(
         self, step: Step, coefficients: Array, turns: tuple[ShapedTurn, ...]
     ) -> Array:
-        """Derivatives of (q, dq, ddq), shape (N, 3 n, P)."""
         del turns  # the foot stands flat
-        part = step.double
-        assert isinstance(part, ShiftPart)
+        part = _part(step)
         swing, free, _ = self._in_x(step, part, coefficients)
         found = _by_instant(swing.motion())
         found[self.both] = part.motion.jacobian @ _by_instant(free.motion())
@@ -268,8 +260,7 @@ class ShiftStepModel(StepModel):
         return np.asarray(np.einsum("mb,bjp->mjp", self._shares[:, 1:3], points))
 
     def _effort_jacobian(self, step: Step, effort: Array, motion: Array) -> Array:
-        found, part = super()._effort_jacobian(step, effort, motion), step.double
-        assert isinstance(part, ShiftPart)
+        found, part = super()._effort_jacobian(step, effort, motion), _part(step)
         P = motion.shape[2]
         found[self.both] -= taken_jacobian(
             part.sole, part.motion, part.wrench, motion[self.both, : self.layout.joints],
@@ -283,7 +274,7 @@ class ShiftStepModel(StepModel):
         return found
 
     def on_coefficients(self, step: Step, by_order: Array) -> Array:
-        """Return weights as `StepModel`; the rates as the foot leaves, which follow, have none."""
+        # the rates as the foot leaves, which follow, have no weights
         on_swing, at_free, leaving = self._weights(step, by_order)
         free = on_coefficients(self._free, step.duration, at_free)
         free += on_coefficients(self._leaving, step.duration, leaving)
@@ -297,8 +288,7 @@ class ShiftStepModel(StepModel):
 
         Those while both feet stand, and as the foot leaves.
         """
-        part, n = step.double, self.layout.joints
-        assert isinstance(part, ShiftPart)
+        part, n = _part(step), self.layout.joints
         alone = by_order * ~self.both[:, None, None]
         on_swing = on_coefficients(self.basis, self.swing_duration(step), alone)
         flat = by_order[self.both].reshape(-1, 1, 3 * n)
@@ -311,12 +301,10 @@ class ShiftStepModel(StepModel):
     def add_front_gradient(
         self, step: Step, derivatives: StepDerivatives, effort: Array, by_order: Array
     ) -> None:
-        """Add what the other foot takes off weighed efforts; arguments as of `StepModel`."""
         by_order[self.both, 0] += self._taken(step, derivatives.motion, effort)[0]
 
     def _taken(self, step: Step, motion: Array, effort: Array) -> tuple[Array, Array]:
-        part, n, P = step.double, self.layout.joints, motion.shape[-1]
-        assert isinstance(part, ShiftPart)
+        part, n, P = _part(step), self.layout.joints, motion.shape[-1]
         return taken_hessian(
             part.sole, part.motion, part.wrench, motion[self.both, :n], np.zeros((0, P)),
             self._wrench_jacobian(P), -effort[self.both],
@@ -330,12 +318,7 @@ class ShiftStepModel(StepModel):
         by_order: Array,
         effort: Array,
     ) -> Array:
-        """Return what the motion bends of the function that weights differentiate, shape (P, P).
-
-        Arguments as of `StepModel`.
-        """
-        part, motion, n = step.double, derivatives.motion, self.layout.joints
-        assert isinstance(part, ShiftPart)
+        part, motion, n = _part(step), derivatives.motion, self.layout.joints
         H = np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
         H += self._taken(step, motion, effort)[1]
         on_swing, at_free, at_leaving = self._weights(step, by_order)
@@ -349,6 +332,12 @@ class ShiftStepModel(StepModel):
         H += np.tensordot(leaves, part.liftoff.hessian(rates) @ leaves, ((0, 1), (0, 1)))
         H += swing.hessian(by_order * ~self.both[:, None, None])
         return np.asarray(H + free.hessian(at_free) + leaving.hessian(at_leaving))
+
+
+def _part(step: Step) -> ShiftPart:
+    part = step.double
+    assert isinstance(part, ShiftPart)
+    return part
 
 
 def _by_instant(moved: Array) -> Array:

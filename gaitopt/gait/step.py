@@ -119,6 +119,12 @@ class Step:
         return with_foot(self.foot_motion, self.motion)
 
     @property
+    def double_support(self) -> DoubleSupportPart:
+        """Its double support, of a step that has one."""
+        assert self.double is not None
+        return self.double
+
+    @property
     def sole_twist(self) -> Array:
         """Twist of the old stance sole after the impact, in its footprint, (6,)."""
         twist = self.impact.sole_twist

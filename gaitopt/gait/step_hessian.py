@@ -222,6 +222,7 @@ def _own_hessian(
 ) -> Array:
     """What a step, its impact and its double support bend, shape (P, P)."""
     matrix, effort, impact = model.chart.matrix, back.effort, back.impact
+    jacobians = derivatives.jacobians
     if step.hinges:
         dynamics = derivatives.support.hessian(effort)
         at_impact = cached_workspace(model.robot, DynamicsHessian).of(impact.dynamics)
@@ -233,9 +234,13 @@ def _own_hessian(
     if step.turn is not None:
         rate = matrix[model.layout.turn.stop - 1]
         inputs = np.concatenate([inputs, np.outer(step.turn.hinge.twist, rate)])
-        H += _sole_twist_hessian(model, step, derivatives, first[quantities.SOLE_TWIST][0])
+        across, angle = motion_cross_matrix(step.turn.hinge.twist), matrix[model.layout.turn.start]
+        weights, slopes = (table[quantities.SOLE_TWIST][0] for table in (first, jacobians))
+        H += _turned_hessian(across, angle, weights, step.sole_twist, slopes)
     if step.landed is not None:
-        H += _impulse_hessian(step, derivatives, first[quantities.IMPULSE][0])
+        across = force_cross_matrix(step.landed.hinge.twist)
+        weights, slopes = (table[quantities.IMPULSE][0] for table in (first, jacobians))
+        H += _turned_hessian(across, derivatives.landing_angle, weights, step.impulse, slopes)
     own = model.beyond_knots
     inputs, boundary = inputs[:, own], model.at_start[:, own]
     H[own, own] += inputs.T @ impact.hessian(at_impact) @ inputs
@@ -252,30 +257,21 @@ def _own_hessian(
     return H
 
 
-def _sole_twist_hessian(
-    model: StepModel, step: Step, derivatives: StepDerivatives, weights: Array
+def _turned_hessian(
+    across: Array, angle: Array, weights: Array, values: Array, slopes: Array
 ) -> Array:
-    """What the turn of the sole's axes adds to weights . (twist in the footprint), shape (P, P).
+    """What a turn of the sole's axes adds to weights . values of the footprint, shape (P, P).
 
-    With X the turn and S its axis, d X V = S x (X V) d angle + X dV.
+    With X the turn and S its axis, d X V = S x (X V) d angle + X dV; of forces with S x*.
+
+    Args:
+        across: S x or S x*, shape (6, 6).
+        angle: derivatives of the turn, shape (P,).
+        weights, values: shape (6,).
+        slopes: derivatives of the values, shape (6, P).
     """
-    assert step.turn is not None
-    across = motion_cross_matrix(step.turn.hinge.twist)
-    angle = model.chart.matrix[model.layout.turn.start]
-    H = np.outer(angle, weights @ across @ derivatives.jacobians[quantities.SOLE_TWIST][0])
-    twice = float(weights @ across @ across @ step.sole_twist)
-    return H + H.T - twice * np.outer(angle, angle)  # which is in either of the two
-
-
-def _impulse_hessian(step: Step, derivatives: StepDerivatives, weights: Array) -> Array:
-    """What the turn of the sole's axes adds to weights . (impulse in the footprint), shape (P, P).
-
-    As for the twist, with S x* of forces.
-    """
-    assert step.landed is not None
-    across, angle = force_cross_matrix(step.landed.hinge.twist), derivatives.landing_angle
-    H = np.outer(angle, weights @ across @ derivatives.jacobians[quantities.IMPULSE][0])
-    twice = float(weights @ across @ across @ step.impulse)
+    H = np.outer(angle, weights @ across @ slopes)
+    twice = float(weights @ across @ across @ values)
     return H + H.T - twice * np.outer(angle, angle)  # which is in either of the two
 
 

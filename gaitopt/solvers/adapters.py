@@ -180,20 +180,10 @@ class FiniteDifferenceNLP(NLP):
         self.evaluations = 0
 
     def values(self, x: Array) -> Values:
-        """Return cost and rows at x (n,).
-
-        Raises:
-            EvaluationError: the problem is not defined at x.
-        """
         self.evaluations += 1
         return self._nlp.values(x)
 
     def point(self, x: Array) -> Point:
-        """Return cost and rows at x (n,), and their derivatives by forward differences.
-
-        Raises:
-            EvaluationError: the problem is not defined at x, or on both sides of it.
-        """
         here = self.values(x)
         gradient = np.empty(x.size)
         jacobian = np.empty((here.rows.size, x.size))
@@ -207,16 +197,10 @@ class FiniteDifferenceNLP(NLP):
         return Point(x, here.cost, here.rows, gradient, jacobian)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
-        """Not available.
-
-        Raises:
-            EvaluationError: always.
-        """
         del x, multipliers, cost_weight
         raise EvaluationError("a program by finite differences has no second derivatives")
 
     def describe(self, row: int) -> str:
-        """Name a row as the inner program does."""
         return self._nlp.describe(row)
 
     def _neighbour(self, x: Array, i: int) -> tuple[Values, float]:

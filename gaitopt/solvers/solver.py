@@ -83,14 +83,9 @@ class Solver(ABC):
         del nlp, on_progress, stop
         return first
 
-    def limited(self, iterations: int, tolerance: float = 0.0) -> Solver:
-        """Return the solver for runs that may end early, if it has such options.
-
-        Args:
-            iterations: of its first stage, at most.
-            tolerance: no tighter one is asked of that stage.
-        """
-        del iterations, tolerance
+    def limited(self, iterations: int) -> Solver:
+        """Return the solver with at most so many iterations of its first stage, if it can be."""
+        del iterations
         return self
 
     def near_solution(self) -> Solver:
@@ -304,7 +299,6 @@ class SingleStage(Solver):
         on_progress: ProgressCallback | None = None,
         stop: StopCallback | None = None,
     ) -> Solution:
-        """Solve the program; see `Solver.solve`."""
         evaluator = Evaluator(nlp)
         recorder = Recorder(self.name, evaluator, on_progress, stop)
         try:

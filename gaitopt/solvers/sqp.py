@@ -160,17 +160,13 @@ class SQP(SingleStage):
         """Return whether an answer satisfies the conditions as closely as is asked."""
         return answer.optimality <= self.tolerance and answer.violation <= self.feasibility
 
-    def limited(self, iterations: int, tolerance: float = 0.0) -> SQP:
-        """Return the solver with at most so many iterations, and no tighter tolerance."""
-        most = min(self.max_iterations, iterations)
-        return replace(self, max_iterations=most, tolerance=max(self.tolerance, tolerance))
+    def limited(self, iterations: int) -> SQP:
+        return replace(self, max_iterations=min(self.max_iterations, iterations))
 
     def near_solution(self) -> SQP:
-        """Return the solver with a first trust region for starts that are nearly solutions."""
         return replace(self, initial_radius=WARM_RADIUS)
 
     def roughly(self) -> SQP:
-        """Return the solver for answers that are only the way to others."""
         return replace(
             self,
             tolerance=max(self.tolerance, ROUGH),

@@ -63,7 +63,6 @@ class TwoStageSQP(Solver):
         on_progress: ProgressCallback | None = None,
         stop: StopCallback | None = None,
     ) -> Solution:
-        """Solve the program; see `Solver.solve`."""
         first = self.first.solve(nlp, start, on_progress, stop)
         return self.confirm(nlp, first, on_progress, stop)
 
@@ -74,14 +73,6 @@ class TwoStageSQP(Solver):
         on_progress: ProgressCallback | None = None,
         stop: StopCallback | None = None,
     ) -> Solution:
-        """Run the second stage from an answer of the first.
-
-        Args:
-            nlp: the program.
-            first: what `first` found.
-            on_progress: called for every iteration of the second stage.
-            stop: asked after every iteration of it.
-        """
         if first.status in NOT_WORTH:
             return replace(first, solver=UNCONFIRMED)
         judged = _residual(nlp, first)
@@ -95,19 +86,15 @@ class TwoStageSQP(Solver):
 
     @property
     def first_stage(self) -> SQP:
-        """The solver that goes first."""
         return self.first
 
-    def limited(self, iterations: int, tolerance: float = 0.0) -> TwoStageSQP:
-        """Return the solver with at most so many iterations of its first stage."""
-        return replace(self, first=self.first.limited(iterations, tolerance))
+    def limited(self, iterations: int) -> TwoStageSQP:
+        return replace(self, first=self.first.limited(iterations))
 
     def near_solution(self) -> TwoStageSQP:
-        """Return the solver with a first stage for starts that are nearly solutions."""
         return replace(self, first=self.first.near_solution())
 
     def roughly(self) -> TwoStageSQP:
-        """Return the solver with a first stage for answers that are only the way to others."""
         return replace(self, first=self.first.roughly())
 
     def _is_optimal(self, residual: Residual) -> bool:
@@ -175,7 +162,6 @@ class ConfirmedSQP(TwoStageSQP):
         on_progress: ProgressCallback | None = None,
         stop: StopCallback | None = None,
     ) -> Solution:
-        """Run the second stage from an answer of the first; see `TwoStageSQP.confirm`."""
         if first.status in NOT_WORTH:
             return super().confirm(nlp, first, on_progress, stop)
         newton = Newton(
