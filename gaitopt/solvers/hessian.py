@@ -25,7 +25,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array
 from gaitopt.solvers.adapters import Evaluator
-from gaitopt.solvers.qp import is_definite
+from gaitopt.solvers.qp import cholesky
 from gaitopt.solvers.solver import Iterate
 
 DAMPING = 0.2
@@ -119,7 +119,7 @@ class LagrangianHessian:
             return None
         scale = nlp.variables.scale
         bent = bent * np.outer(scale, scale) + FLOOR * np.eye(scale.size)
-        return bent if is_definite(bent) else None
+        return None if cholesky(bent) is None else bent
 
     def update(self, old: Iterate, new: Iterate) -> None:
         """Update the approximation after a step, with the new multipliers at both ends."""

@@ -25,6 +25,7 @@ from gaitopt.nlp import NLP, Array, Point, Solution, Start, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.hessian import RANK
+from gaitopt.solvers.qp import cholesky
 from gaitopt.solvers.solver import (
     Iterate,
     Recorder,
@@ -103,7 +104,7 @@ def newton_step(nlp: NLP, evaluator: Evaluator, iterate: Iterate) -> Array | Non
         return None
     d, Z = _spaces(_gradients(nlp, point, held, at_bound), missing)
     if Z.shape[1]:
-        factor = _factor(Z.T @ H @ Z)
+        factor = cholesky(Z.T @ H @ Z)
         if factor is None:
             return None
         gradient = nlp.cost_scale * point.gradient * scale + H @ d
@@ -121,7 +122,7 @@ def is_strict_minimum(nlp: NLP, iterate: Iterate, hessian: Array) -> bool:
     """
     active = _gradients(nlp, iterate.point, *_pressing(nlp, iterate))
     _, Z = _spaces(active, np.zeros(len(active)))
-    return _factor(Z.T @ hessian @ Z) is not None
+    return cholesky(Z.T @ hessian @ Z) is not None
 
 
 def _pressing(nlp: NLP, iterate: Iterate) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -136,14 +137,6 @@ def _gradients(nlp: NLP, point: Point, held: NDArray[np.intp], at_bound: NDArray
     """Return the gradients in scaled variables of rows, then of bounds, shape (k, n)."""
     scale = nlp.variables.scale
     return np.vstack([point.slopes[held] * scale, np.eye(scale.size)[at_bound]])
-
-
-def _factor(matrix: Array) -> Array | None:
-    """Return the Cholesky factor of a matrix, None where it is not positive definite."""
-    try:
-        return np.asarray(np.linalg.cholesky(matrix))
-    except np.linalg.LinAlgError:
-        return None
 
 
 def _spaces(active: Array, missing: Array) -> tuple[Array, Array]:

@@ -74,7 +74,7 @@ def solve_qp(program: QuadraticProgram, preferred: str) -> QuadraticSolution | N
         The solution, or None when no backend found one.
     """
     best, least = None, TOLERABLE
-    if not is_definite(program.P):
+    if cholesky(program.P) is None:
         return None
     for backend in (preferred, *(b for b in BACKENDS if b != preferred)):
         solution = _ask(program, backend)
@@ -110,13 +110,12 @@ def _mismatch(multipliers: Array, distances: Array) -> float:
     return float(np.abs(np.minimum(multipliers, distances)).max(initial=0.0))
 
 
-def is_definite(P: Array) -> bool:
-    """Return whether a matrix (n, n) is positive definite in the computer's numbers."""
+def cholesky(matrix: Array) -> Array | None:
+    """Return the Cholesky factor of a matrix (n, n), None where it is not positive definite."""
     try:
-        np.linalg.cholesky(P)
+        return np.asarray(np.linalg.cholesky(matrix))
     except np.linalg.LinAlgError:
-        return False
-    return True
+        return None
 
 
 def _ask(program: QuadraticProgram, backend: str) -> QuadraticSolution | None:

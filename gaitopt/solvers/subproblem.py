@@ -40,6 +40,7 @@ program at first. A fifth of those within 0.3 are; a few programs more take two 
 (measured: docs/decisions/compiled.md)."""
 
 Mask = NDArray[np.bool_]
+Active = tuple[Indices, ...]
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,8 @@ class LocalModel:
         sizes_of: from numbers of some rows (k,) to closer bounds, shape (k,).
         below, above: limits of the rows less their values, shape (m,).
         bound_below, bound_above: the same for the variables, shape (n,).
-        up, down: rows believed active at their upper, lower limit.
-        bound_up, bound_down: variables believed active at their upper, lower bound.
+        active: rows believed active at their upper and at their lower limit, and variables at
+            their bounds.
     """
 
     gradient: Array
@@ -90,10 +91,7 @@ class LocalModel:
     above: Array
     bound_below: Array
     bound_above: Array
-    up: Indices
-    down: Indices
-    bound_up: Indices
-    bound_down: Indices
+    active: Active
 
     def predicted_decrease(self, d: Array) -> float:
         """Return how much the scaled cost should fall by d (n,), by the unmodified Hessian."""
@@ -122,14 +120,12 @@ def build_model(
     """
     point, scale = iterate.point, nlp.variables.scale
     jacobian = ScaledSlopes(point.slopes, scale)
-    up, down = _signs(iterate.multipliers)
-    bound_up, bound_down = _signs(iterate.bound_multipliers)
+    active = _believed(iterate.multipliers, iterate.bound_multipliers)
     elastic = _with_slack(hessian, STIFFNESS * penalty)
     if definite:
         convex = unchanged(elastic)
     elif tight:
-        active = _active(jacobian, up, down, bound_up, bound_down, scale.size)
-        convex = convexify(elastic, active, most)
+        convex = convexify(elastic, _gradients(jacobian, active, scale.size), most)
     else:
         # With slack left the rows do not fix the step's range part (measured: it stalls).
         convex = convexify(elastic, np.zeros((0, elastic.shape[0])))
@@ -144,10 +140,7 @@ def build_model(
         above=nlp.rows.upper - point.rows,
         bound_below=(nlp.variables.lower - point.x) / scale,
         bound_above=(nlp.variables.upper - point.x) / scale,
-        up=up,
-        down=down,
-        bound_up=bound_up,
-        bound_down=bound_down,
+        active=active,
     )
 
 
@@ -161,14 +154,12 @@ def with_active(
         multipliers, bound_multipliers: of rows (m,) and bounds (n,).
         penalty: nu, the weight of the slack.
     """
-    told = *_signs(multipliers), *_signs(bound_multipliers)
-    known = model.up, model.down, model.bound_up, model.bound_down
-    if all(np.array_equal(one, other) for one, other in zip(told, known, strict=True)):
+    told = _believed(multipliers, bound_multipliers)
+    if all(map(np.array_equal, told, model.active)):
         return model
     elastic = _with_slack(model.hessian, STIFFNESS * penalty)
-    convex = convexify(elastic, _active(model.jacobian, *told, model.gradient.size))
-    up, down, bound_up, bound_down = told
-    return replace(model, convex=convex, up=up, down=down, bound_up=bound_up, bound_down=bound_down)
+    convex = convexify(elastic, _gradients(model.jacobian, told, model.gradient.size))
+    return replace(model, convex=convex, active=told)
 
 
 def _with_slack(hessian: Array, stiffness: float) -> Array:
@@ -179,27 +170,25 @@ def _with_slack(hessian: Array, stiffness: float) -> Array:
     return matrix
 
 
-def _active(
-    jacobian: Slopes, up: Indices, down: Indices, bound_up: Indices, bound_down: Indices, n: int
-) -> Array:
-    """Return the gradients in (d, s) of the rows believed active, shape (k, n + 1).
-
-    The last is that of s = 0.
-    """
-    unit = np.eye(n)
+def _gradients(jacobian: Slopes, active: Active, n: int) -> Array:
+    """Return the gradients in (d, s) of what is believed active, s = 0 last, shape (k, n + 1)."""
+    (up, down, bound_up, bound_down), unit = active, np.eye(n)
     rows = np.vstack([jacobian[up], -jacobian[down]])
     bounds = np.vstack([unit[bound_up], -unit[bound_down]])
-    active = np.zeros((rows.shape[0] + bounds.shape[0] + 1, n + 1))
-    active[:-1, :n] = np.vstack([rows, bounds])
-    active[: rows.shape[0], n] = -1.0
-    active[-1, n] = 1.0
-    return active
+    found = np.zeros((rows.shape[0] + bounds.shape[0] + 1, n + 1))
+    found[:-1, :n] = np.vstack([rows, bounds])
+    found[: rows.shape[0], n] = -1.0
+    found[-1, n] = 1.0
+    return found
 
 
-def _signs(multipliers: Array) -> tuple[Indices, Indices]:
-    """Return the indices of positive and of negative multipliers."""
-    threshold = ACTIVE * float(np.abs(multipliers).max(initial=0.0))
-    return np.flatnonzero(multipliers > threshold), np.flatnonzero(multipliers < -threshold)
+def _believed(*multipliers: Array) -> Active:
+    """Return what multipliers of rows (m,) and of bounds (n,) say is active, by their signs."""
+    found = []
+    for one in multipliers:
+        threshold = ACTIVE * float(np.abs(one).max(initial=0.0))
+        found += [np.flatnonzero(one > threshold), np.flatnonzero(one < -threshold)]
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -266,8 +255,8 @@ def pose_subproblem(model: LocalModel, radius: float, penalty: float, reach: flo
     rows = np.flatnonzero(room <= near)
     near[rows] = REACH * reach * model.sizes_of(rows)
     use_above, use_below = model.above <= near, -model.below <= near
-    use_above[model.up] = True
-    use_below[model.down] = True
+    use_above[model.active[0]] = True
+    use_below[model.active[1]] = True
     return Subproblem(
         gradient=_gradient(model, model.below, model.above, radius, penalty),
         hessian=model.convex.matrix,
@@ -319,27 +308,18 @@ def _gradient(
     gradient = np.append(model.gradient, penalty)
     if model.convex.sigma == 0.0:
         return gradient
-    target = np.concatenate(
-        [
-            above[model.up],
-            -below[model.down],
-            model.bound_above[model.bound_up],
-            -model.bound_below[model.bound_down],
-            [0.0],  # the slack
-        ]
-    )
-    return gradient + model.convex.linear_term(target, radius)
+    limits = above, -below, model.bound_above, -model.bound_below
+    rooms = [room[own] for room, own in zip(limits, model.active, strict=True)]
+    slack = [0.0]
+    return gradient + model.convex.linear_term(np.concatenate([*rooms, slack]), radius)
 
 
 def solve_subproblem(problem: Subproblem, backend: str) -> ElasticStep | None:
     """Solve the elastic subproblem, or return None when no quadratic solver could."""
     for attempt in range(ROUNDS + 1):
         if attempt == ROUNDS:
-            problem = replace(
-                problem,
-                use_below=np.isfinite(problem.below),
-                use_above=np.isfinite(problem.above),
-            )
+            every = np.isfinite(problem.below), np.isfinite(problem.above)
+            problem = replace(problem, use_below=every[0], use_above=every[1])
         step = _solve_screened(problem, backend)
         if step is None:
             return None
@@ -386,11 +366,5 @@ def _quadratic_program(problem: Subproblem, above: Indices, below: Indices) -> Q
     h = np.concatenate([problem.above[above], -problem.below[below]])
     # d = 0 needs no more slack than the worst row has, so this limit on s is never active.
     enough = 10.0 * max(1.0, -float(h.min(initial=0.0)))
-    return QuadraticProgram(
-        problem.hessian,
-        problem.gradient,
-        G,
-        h,
-        np.append(problem.box_lower, 0.0),
-        np.append(problem.box_upper, enough),
-    )
+    box = np.append(problem.box_lower, 0.0), np.append(problem.box_upper, enough)
+    return QuadraticProgram(problem.hessian, problem.gradient, G, h, *box)
