@@ -33,14 +33,7 @@ from gaitopt.design.conflict import (
     solve_unless_stopped,
 )
 from gaitopt.design.options import DesignOptions, Search
-from gaitopt.design.pipeline import (
-    Design,
-    attempt,
-    begins_relaxed,
-    complete,
-    gone_on,
-    is_walk,
-)
+from gaitopt.design.pipeline import Design, attempt, begins_relaxed, complete, gone_on, is_walk
 from gaitopt.design.relaxation import (
     Adjustment,
     EarlyStopping,
@@ -172,9 +165,7 @@ class Suggestion(Change):
 
 
 def find_suggestions(
-    problem: WalkProblem,
-    relaxed: LeastRelaxation | None,
-    search: Search,
+    problem: WalkProblem, relaxed: LeastRelaxation | None, search: Search
 ) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
     """Return what suffices, the most promising first, and the settings changed alone in vain.
 
@@ -611,9 +602,7 @@ def _worst_sentence(row: WorstRow) -> str:
 
 
 def diagnose(
-    problem: WalkProblem,
-    tried: Sequence[Solution] = (),
-    search: Search | None = None,
+    problem: WalkProblem, tried: Sequence[Solution] = (), search: Search | None = None
 ) -> Diagnosis:
     """Find out why a walk has no feasible gait and what change would give it one.
 

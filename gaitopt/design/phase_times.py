@@ -156,11 +156,7 @@ def _without_turns(problem: WalkProblem, flat: Task, x: Array) -> Array:
 
 
 def walks_at_best_times(
-    robot: Robot,
-    task: Task,
-    options: DesignOptions,
-    start: Array | None = None,
-    stop: Stop = never,
+    robot: Robot, task: Task, options: DesignOptions, start: Array | None = None, stop: Stop = never
 ) -> list[tuple[Task, Array | None]]:
     """Return tasks with the times of phases that cost least, each with its walk (P,); best first.
 

@@ -353,11 +353,7 @@ class LimitAdjustment(Adjustment):
         return self.before + self.step * float(z[-1])
 
     def _couplings(
-        self,
-        problem: WalkProblem,
-        task: Task,
-        share: float,
-        changed: tuple[ConstraintBlock, ...],
+        self, problem: WalkProblem, task: Task, share: float, changed: tuple[ConstraintBlock, ...]
     ) -> tuple[Coupling, ...]:
         """Return which rows move with a force.
 

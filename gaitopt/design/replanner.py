@@ -100,12 +100,7 @@ class Replanner:
 
     @checked_arguments
     def replan(
-        self,
-        robot: Robot,
-        task: Task,
-        *,
-        deadline: float | None = None,
-        stop: Stop = never,
+        self, robot: Robot, task: Task, *, deadline: float | None = None, stop: Stop = never
     ) -> Plan:
         """Return the walk of a task: from the last one, else from a first guess.
 

@@ -20,13 +20,7 @@ from gaitopt.design.audit import (
 )
 from gaitopt.design.certificate import Certificate, certify, worst_rows
 from gaitopt.design.options import SIGMA, DesignOptions, Search
-from gaitopt.design.pipeline import (
-    attempt,
-    is_walk,
-    polished,
-    proof_record,
-    with_instants_of,
-)
+from gaitopt.design.pipeline import attempt, is_walk, polished, proof_record, with_instants_of
 from gaitopt.design.refinement import with_work
 from gaitopt.errors import (
     EvaluationError,
@@ -354,11 +348,7 @@ def transition_at(
                 model.swing_duration(step)
                 for model, step in zip(problem.models, whole.steps, strict=True)
             ],
-            "given": {
-                "durations": list(asked.durations),
-                "free": asked.free,
-                "shift": asked.shift,
-            },
+            "given": {"durations": list(asked.durations), "free": asked.free, "shift": asked.shift},
             "step_lengths": list(whole.lengths),
             "instants": problem.grid.instants[problem.grid.nodes :].tolist(),
             "cost": problem.cost.value(whole),

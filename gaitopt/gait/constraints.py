@@ -20,13 +20,7 @@ from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.contact import AFTER, ContactMode, FlatFoot
 from gaitopt.dataclass import dataclass
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import (
-    FREE,
-    Constraint,
-    ConstraintBlock,
-    ConstraintContext,
-    margin,
-)
+from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, ConstraintContext, margin
 from gaitopt.gait.functions import (
     Entries,
     Followers,
@@ -538,12 +532,7 @@ class FootLift(FootAngle):
         labels = ("angular acceleration of the stance foot",)
         rows = Entries(slice(2, 3), 3)
         return self.over_step(
-            context,
-            rows,
-            labels,
-            lower=0.0,
-            scale=_size(context, self.unit),
-            instants=instants,
+            context, rows, labels, lower=0.0, scale=_size(context, self.unit), instants=instants
         )
 
 
@@ -678,10 +667,7 @@ class LegLength(Constraint):
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         longest = (context.margins.leg_extension or 1.0) * context.robot.legs.reach
         return self.once(
-            Length(),
-            ("hip-ankle distance",),
-            upper=longest,
-            scale=_size(context, "m"),
+            Length(), ("hip-ankle distance",), upper=longest, scale=_size(context, "m")
         )
 
 

@@ -586,10 +586,7 @@ class _RateSum(CostFunction):
     def gradient(self, step: Period) -> dict[Quantity, Array]:
         factor, of_factor, _ = self._factors(step)
         total = self._sum(step)
-        return {
-            quantities.TORQUE: factor * self._slope(step),
-            TRAVEL: total * of_factor[None],
-        }
+        return {quantities.TORQUE: factor * self._slope(step), TRAVEL: total * of_factor[None]}
 
     def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return the second derivatives within rows; those between them are `neighbours`."""

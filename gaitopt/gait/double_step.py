@@ -49,14 +49,7 @@ from gaitopt.gait.step import (
     gap_products,
 )
 from gaitopt.gait.step_hessian import local_gradient, local_hessian
-from gaitopt.gait.step_model import (
-    Course,
-    Ending,
-    Opening,
-    StepModelBase,
-    after_each,
-    before_each,
-)
+from gaitopt.gait.step_model import Course, Ending, Opening, StepModelBase, after_each, before_each
 from gaitopt.mechanics.closed_chain import (
     FREE,
     TIED,
@@ -487,11 +480,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         return _bent(double.liftoff, last, at.liftoff), back
 
     def start_hessian(
-        self,
-        step: Step,
-        derivatives: StepDerivatives,
-        q_start: Array,
-        first: dict[Quantity, Array],
+        self, step: Step, derivatives: StepDerivatives, q_start: Array, first: dict[Quantity, Array]
     ) -> Array:
         """Return what the double support at the start bends, shape (P, P).
 

@@ -39,14 +39,7 @@ from gaitopt.mechanics.impact import BASE, WeightedImpact
 from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics
 from gaitopt.mechanics.inverse_kinematics import closure_forces, loop_gap_jacobian
 from gaitopt.mechanics.single_support import FRICTION_RATE
-from gaitopt.mechanics.spatial import (
-    apply,
-    cross,
-    cross_force,
-    cross_motion,
-    skew,
-    world_inertias,
-)
+from gaitopt.mechanics.spatial import apply, cross, cross_force, cross_motion, skew, world_inertias
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array

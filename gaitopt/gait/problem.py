@@ -16,12 +16,7 @@ from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import (
-    Constraint,
-    ConstraintBlock,
-    ConstraintContext,
-    own_code,
-)
+from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, own_code
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.double_step import DoubleStepModel, double_cycle_hessian

@@ -31,22 +31,9 @@ from gaitopt.gait.double_support import (
 )
 from gaitopt.gait.foot_turn import FootTurn, foot_turn, landing_turn
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.parameters import (
-    DURATION,
-    FOOT_YAW,
-    STEP_LENGTH,
-    Chart,
-    Layout,
-    identity_chart,
-)
+from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH, Chart, Layout, identity_chart
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.spline import (
-    Basis,
-    SplineInX,
-    jumping_spline,
-    on_coefficients,
-    spline_basis,
-)
+from gaitopt.gait.spline import Basis, SplineInX, jumping_spline, on_coefficients, spline_basis
 from gaitopt.gait.step import (
     DoubleSupportPart,
     Jacobians,
@@ -69,11 +56,7 @@ from gaitopt.mechanics.impact import (
     Turning,
 )
 from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
-from gaitopt.mechanics.single_support import (
-    SingleSupport,
-    SupportState,
-    standing_robot,
-)
+from gaitopt.mechanics.single_support import SingleSupport, SupportState, standing_robot
 from gaitopt.mechanics.spatial import cross_force, cross_motion
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array

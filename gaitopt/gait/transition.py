@@ -466,11 +466,7 @@ def _schedule(transition: Transition) -> dict[str, object]:
     last = PhaseEnd.TOUCH_DOWN if transition.after is None else PhaseEnd.IMPACT
     ends = [PhaseEnd.IMPACT] * (len(transition.steps) - 1) + [last]
     phases: list[dict[str, object]] = [
-        {
-            "contacts": {feet[number % 2]: FlatFoot.name},
-            "duration": step.duration,
-            "end": end.value,
-        }
+        {"contacts": {feet[number % 2]: FlatFoot.name}, "duration": step.duration, "end": end.value}
         for number, (step, end) in enumerate(zip(transition.steps, ends, strict=True))
     ]
     if transition.shift is not None:

@@ -26,12 +26,7 @@ from numpy.typing import NDArray
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.mechanics.spatial import (
-    apply,
-    cross_force,
-    force_cross_matrix,
-    motion_cross_matrix,
-)
+from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -386,12 +381,7 @@ def _front_local(sole: pin.SE3, closed: ClosedMotion, force: Array) -> tuple[Arr
 
 
 def taken_jacobian(
-    sole: pin.SE3,
-    closed: ClosedMotion,
-    wrench: Array,
-    angles: Array,
-    geometry: Array,
-    by_x: Array,
+    sole: pin.SE3, closed: ClosedMotion, wrench: Array, angles: Array, geometry: Array, by_x: Array
 ) -> Array:
     """Derivatives of what the front foot takes off wrench and torques, (M, 6 + n, P).
 

@@ -557,9 +557,7 @@ class WeightedImpact:
         rest = len(self.adjoint) - own - BASE  # linear in w
         base, rates = self.dynamics.weights[0, :BASE], self.dynamics.weights[0, BASE:]
         both = moved_axes(
-            axes,
-            np.array([self.rate_after[legs], rates[legs]]),
-            np.array([state.sole_twist, base]),
+            axes, np.array([self.rate_after[legs], rates[legs]]), np.array([state.sole_twist, base])
         )
         on_forces = self.foot.toDualActionMatrix()  # its transpose takes motions back
         push, impulse = on_forces @ landing, on_forces @ state.impulse

@@ -26,11 +26,7 @@ from gaitopt.solvers.solver import (
 )
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
-STATUS = {
-    -1: Status.ITERATION_LIMIT,
-    2: Status.INFEASIBLE,
-    5: Status.INTERRUPTED,
-}
+STATUS = {-1: Status.ITERATION_LIMIT, 2: Status.INFEASIBLE, 5: Status.INTERRUPTED}
 """IPOPT's return codes that say more than the point itself."""
 
 

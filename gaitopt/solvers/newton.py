@@ -26,12 +26,7 @@ from gaitopt.settings import checked
 from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.hessian import RANK
 from gaitopt.solvers.qp import cholesky
-from gaitopt.solvers.solver import (
-    Iterate,
-    Recorder,
-    SingleStage,
-    with_least_squares_multipliers,
-)
+from gaitopt.solvers.solver import Iterate, Recorder, SingleStage, with_least_squares_multipliers
 from gaitopt.tolerances import FEASIBILITY, OPTIMALITY
 
 PRESSING = 1e-6

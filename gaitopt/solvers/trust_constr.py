@@ -19,16 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gaitopt.dataclass import dataclass
-from gaitopt.nlp import (
-    NLP,
-    Array,
-    Indices,
-    Point,
-    Solution,
-    Start,
-    Status,
-    violations,
-)
+from gaitopt.nlp import NLP, Array, Indices, Point, Solution, Start, Status, violations
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
