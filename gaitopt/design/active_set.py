@@ -167,10 +167,7 @@ def sharpened(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tupl
 
 
 def _around(peak: ViolatedRow, active: Iterable[ActiveRow]) -> list[ActiveRow]:
-    """Return the active rows next before and next after a peak of the same row, near to it.
-
-    None of them where their multipliers have different signs: those are two limits.
-    """
+    """Return the active rows of a peak next before and after it, unless they are two limits."""
     near = [
         one
         for one in active

@@ -304,10 +304,7 @@ class _Suggesting:
         return suggestion is not None
 
     def _least(self, setting: Adjustment, start: Start) -> Suggestion | None:
-        """Change one setting as little as possible.
-
-        The start is in the setting's variables, with multipliers of the walk's rows.
-        """
+        """Change one setting as little as possible, from its variables and multipliers of rows."""
         program = setting.program(self.problem, start.x)
         own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
         z = self._solved(program, Start(start.x, own))
@@ -492,14 +489,7 @@ def _pushes(problem: WalkProblem, relaxed: LeastRelaxation, name: str) -> bool:
 
 
 def _outward(before: float, exact: float, bound: float, step: float) -> Iterator[float]:
-    """Yield rounded values beyond the exact one, ever farther from the value before.
-
-    Args:
-        before: the value asked for.
-        exact: the nearest with which a walk may exist.
-        bound: the farthest allowed.
-        step: a change that matters.
-    """
+    """Yield rounded values beyond the exact one to the bound; `step` is a change that matters."""
     sign = 1.0 if bound > before else -1.0
     change = max(abs(exact - before), LEAST_CHANGE * abs(step))
     digit = 10.0 ** np.floor(np.log10(change / ROUNDED_BELOW))

@@ -131,11 +131,7 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
 
 @lru_cache(maxsize=2)
 def _located(fine: WalkProblem, parameters: bytes, everywhere: bool) -> tuple[Extreme, ...]:
-    """See `located`; the last ones are kept, since one asks after another.
-
-    Args:
-        parameters: x, shape (P,), as bytes.
-    """
+    """See `located`, x (P,) as bytes; the last ones are kept, since one asks after another."""
     sides = _sides(fine)
     at_instants = tuple(_at_instants(fine, np.frombuffer(parameters), set(sides.names)))
     if not sides.names:

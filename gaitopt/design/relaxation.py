@@ -355,12 +355,7 @@ class LimitAdjustment(Adjustment):
     def _couplings(
         self, problem: WalkProblem, task: Task, share: float, changed: tuple[ConstraintBlock, ...]
     ) -> tuple[Coupling, ...]:
-        """Return which rows move with a force.
-
-        Args:
-            task: with the value at its bound.
-            share: of the way there that is gone per unit of t.
-        """
+        """Return which rows move with a force; a share of the way to the bound per unit of t."""
         present = {f.name: f for f in problem.blocks}
         others = {f.name: f for f in changed}
         found = []

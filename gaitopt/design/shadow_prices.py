@@ -132,11 +132,7 @@ def _rate(
     setting: LimitAdjustment,
     side: float = 1.0,
 ) -> float:
-    """Return what a change that matters does to the scaled Lagrangian of the walk as it is.
-
-    Args:
-        side: 1.0 where limits give, -1.0 where they take.
-    """
+    """Return what a change that matters does to the Lagrangian; of side -1.0 where limits take."""
     held = [b for b in problem.blocks if b.name in pressed and b.name in setting.constraints]
     if not held:
         return 0.0

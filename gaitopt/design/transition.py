@@ -248,10 +248,7 @@ def _recorded_problem(
 def _ends(
     before: Gait | None, after: Gait | None, stretch: float, known: Iterable[Extension] = ()
 ) -> tuple[tuple[WalkProblem, Junction, Junction], list[_Walk]]:
-    """Return the walk whose robot and limits are those of a transition, and its given states.
-
-    Also the program of each gait, with that gait.
-    """
+    """Return the walk whose robot and limits a transition has, its given states, and every walk."""
     if before is None and after is None:
         raise InputError("a transition leads from or to a gait; give at least one")
     given = [gait for gait in (before, after) if gait is not None]

@@ -594,11 +594,7 @@ def double_cycle_hessian(
 
 
 def _by_moves(span: float) -> Array:
-    """Stance leg at touch-down and midway less its end, by its rate there and two accelerations.
-
-    Args:
-        span: of the double support [s].
-    """
+    """Stance leg at touch-down, midway less its end, by rate and accelerations; of a span [s]."""
     back = np.array([span, 0.5 * span])
     return np.column_stack([-back, np.diag(0.5 * back**2)])
 

@@ -371,7 +371,12 @@ class InverseKinematicsSupport(DoubleSupport):
     _last: tuple[Array, Posture] | None = None
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
-        del q_start  # the last posture is kept: a walk is looked at on one grid after another
+        """Return the posture; the last one is kept: a walk is looked at on one grid after another.
+
+        Raises:
+            UnreachableError: a leg cannot reach, or the feet or pelvis are misplaced.
+        """
+        del q_start
         if self._last is not None and np.array_equal(self._last[0], geometry):
             return self._last[1]
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
@@ -453,6 +458,11 @@ class JointAngleSupport(DoubleSupport):
         return self._affine_drives if coupling.affine else self._drives_at(coupling.at(q_start))
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
+        """Return the posture at the joint angles given, and its gaps.
+
+        Raises:
+            EvaluationError: pelvis or foot are turned by more than a right angle.
+        """
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
         pelvis_is, sole_is = self.kinematics.placements(q_start)
         loops = (pelvis_is.inverse() * pelvis, sole_is.inverse() * sole)

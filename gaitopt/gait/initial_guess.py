@@ -104,12 +104,7 @@ def _start(problem: WalkProblem, geometry: Array) -> _Start:
 def _guessed_step(
     problem: WalkProblem, layout: Layout, start: _Start, geometry: Array, following: Array
 ) -> Array:
-    """Return the parameters of a step (p,) whose foot swings over from one posture to the next.
-
-    Args:
-        start, geometry: its double support.
-        following: joint angles at the start of the next step, there exchanged, shape (n,).
-    """
+    """Return the parameters (p,) of a step that swings over to the posture (n,) that follows."""
     kinematics, turns = LegKinematics(problem.robot), _turns(problem, geometry)
     q_end = problem.model.exchange @ following
     pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))

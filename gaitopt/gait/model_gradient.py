@@ -147,11 +147,7 @@ def _from_base(base: Array, beyond: Array) -> Array:
 
 
 def _of_moments(W: Array, A: Array, V: Array, turned: Array) -> tuple[Array, Array, Array]:
-    """Derivatives of W . (I A) - turned . (I V) in the moments of mass, summed over instants.
-
-    Args:
-        W, A, V, turned: motions of the bodies in their frames, shape (N, b, 6).
-    """
+    """Derivatives of W . (I A) - turned . (I V), (N, b, 6) each, in the moments of mass."""
     pairs = np.einsum("kbi,kbj->bij", W, A) - np.einsum("kbi,kbj->bij", turned, V)
     of_inertia = 0.5 * (pairs + pairs.swapaxes(1, 2))
     # I = [[m 1, -[c]], [[c], tr(S) 1 - S]] with c = sum m r and S = sum m r r'

@@ -190,10 +190,7 @@ class TransitionLayout(StepsLayout):
 
     @property
     def _of_first(self) -> tuple[str, ...]:
-        """Geometric quantities of the first step that are free: its duration, not where it begins.
-
-        After a shift all but those that say where the feet are.
-        """
+        """Free geometric quantities of the first step: after a shift all but those of the feet."""
         if not self.shifts:
             return ("duration",)
         return tuple(name for k, name in enumerate(GEOMETRY_NAMES) if k not in _FEET)

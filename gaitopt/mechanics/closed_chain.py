@@ -195,10 +195,7 @@ class ClosedMotion:
 
     @cached_property
     def _slopes(self) -> tuple[Array, Array, Array]:
-        """Derivatives of velocity and acceleration in (q, dq): V_q, A_q, A_dq, (N, 6, m) each.
-
-        Those in the rates of the velocity and in the accelerations are the axes.
-        """
+        """Derivatives of velocity and acceleration in (q, dq): V_q, A_q, A_dq, (N, 6, m) each."""
         axes, (_, dq, ddq) = self.axes, self._chain
         own, before = motion_cross_matrix(axes), motion_cross_matrix(_before(axes, dq))
         by_q = apply(own, _beyond(axes, dq))

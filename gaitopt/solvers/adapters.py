@@ -197,6 +197,11 @@ class FiniteDifferenceNLP(NLP):
         return Point(x, here.cost, here.rows, gradient, jacobian)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
+        """Not available.
+
+        Raises:
+            EvaluationError: always.
+        """
         del x, multipliers, cost_weight
         raise EvaluationError("a program by finite differences has no second derivatives")
 

@@ -309,13 +309,7 @@ class SingleStage(Solver):
 
     @abstractmethod
     def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:
-        """Return what the method comes to.
-
-        Args:
-            recorder: of the run, with the program; it has nothing yet.
-            point: the program at the start, moved into its bounds.
-            start: as it was given.
-        """
+        """Return what the method comes to from a point, the start moved into its bounds."""
 
 
 def _better(a: Iterate, b: Iterate) -> bool:
