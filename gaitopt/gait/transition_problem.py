@@ -574,8 +574,8 @@ def standing(robot: Robot, walk: Array, stretch: float = STRETCH) -> Junction:
         )
     if robot.tree.stance < TWIST or not robot.coupling.none:
         raise InputError(
-            "a posture to stand in is found for legs of six joints or more that all have motors; "
-            "give two gaits, or a robot with such legs"
+            "a posture to stand in is found for legs of six joints or more, in a robot of which no "
+            "moving joint follows another; give two gaits, or such a robot"
         )
     geometry, sole = walk.copy(), robot.sole
     yaw = float(geometry[FOOT_YAW]) / 2.0  # of the pelvis, midway between the feet

@@ -232,15 +232,14 @@ def size_doubts(chain: RootedChain, reach: float, sole: Sole, height: float) -> 
     if not _REACH[0] <= reach <= _REACH[1]:
         text = (
             f"the legs are {reach:.4g} m long from hip to ankle; {_REACH[0]:g} to {_REACH[1]:g} m "
-            f"are plausible; {_question('lengths', reach, _REACH, {'mm': 1e-3, 'cm': 1e-2})}"
-            "They must be in m"
+            f"are plausible; {_question('lengths', 'm', reach, _REACH, {'mm': 1e-3, 'cm': 1e-2})}"
         )
         findings.append(Finding("legs", "both legs", text, "warning"))
     mass = float(pin.computeTotalMass(chain.model))
     if not _MASS[0] <= mass <= _MASS[1]:
         text = (
             f"the robot weighs {mass:.4g} kg; {_MASS[0]:g} to {_MASS[1]:g} kg are plausible; "
-            f"{_question('masses', mass, _MASS, {'g': 1e-3})}They must be in kg"
+            f"{_question('masses', 'kg', mass, _MASS, {'g': 1e-3})}"
         )
         findings.append(Finding("mass", "robot", text, "warning"))
     # A wrong unit of length or mass makes every radius of gyration look wrong as well.
@@ -248,12 +247,16 @@ def size_doubts(chain: RootedChain, reach: float, sole: Sole, height: float) -> 
 
 
 def _question(
-    what: str, value: float, plausible: tuple[float, float], units: dict[str, float]
+    what: str, unit: str, value: float, plausible: tuple[float, float], others: dict[str, float]
 ) -> str:
-    """Return the question whether numbers are in a unit in which they would be plausible."""
+    """Say in which unit numbers must be, and ask whether they are in one where they would fit."""
     least, most = plausible
-    fits = [unit for unit, size in units.items() if least <= value * size <= most]
-    return f"are {what} of the file in {fits[0]}? " if fits else ""
+    fits = [other for other, size in others.items() if least <= value * size <= most]
+    return (
+        f"are {what} of the file in {fits[0]}? They must be in {unit}"
+        if fits
+        else (f"{what} of the file must be in {unit}")
+    )
 
 
 def _check_sole(sole: Sole, reach: float) -> None:

@@ -14,7 +14,8 @@ image.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, reduce
 from itertools import pairwise
 
 import numpy as np
@@ -307,8 +308,13 @@ class Coupling:
 
     def reach(self, joint: int, limits: JointLimits) -> tuple[float, float]:
         """Return the range of one of all joints under limits of the free ones [rad]."""
-        own, f = limits.range(int(self.motor[joint])), Polynomial(self.coefficients[joint])
-        low, high = sorted(float(f(end)) for end in own)
+        falling = Polynomial(self.coefficients[joint]).trim().coef[::-1]
+        # Horner's rule: Polynomial multiplies an end that is infinite by 0
+
+        def at(end: float) -> float:
+            return reduce(lambda value, c: value * end + c, map(float, falling))
+
+        low, high = sorted(map(at, limits.range(int(self.motor[joint]))))
         return low, high
 
     def exchange(self) -> Array:
@@ -436,29 +442,30 @@ class Coupling:
             )
         return min(sizes), max(sizes)
 
-    def complete(self, limits: JointLimits) -> Array:
-        """Return torque limits (n,) where free joints without any have that of their motors.
+    def complete(self, limits: JointLimits) -> JointLimits:
+        """Return limits in which joints without torque or speed have what their motor gives them.
 
         One motor turns all joints of a tie. Where a file states its torque at a joint that follows
         at k times the rate, it is |k| times that at the joint which is followed, the least where k
-        changes with the posture.
+        changes with the posture; and its speed one |k|-th, of the largest k. A joint that is
+        followed keeps what it has itself.
         """
-        torque = limits.torque
-        if self.none:
-            return torque
-        given = np.isfinite(torque) & (torque > 0.0)
-        lacks = ~given[self.free]
-        found = torque.copy()
+        torque, speed = (self._filled(limits, field) for field in ("torque", "speed"))
+        return replace(limits, torque=torque, speed=speed)
+
+    def _filled(self, limits: JointLimits, field: str) -> Array:
+        """Return one kind of limits (n,), those that are not given from others of the same tie."""
+        values = np.asarray(getattr(limits, field))
+        none = np.isinf(values) | (values == 0.0)
+        lacks = none & np.isin(self.motor, self.motor[~none])
         if not lacks.any():
-            return found
-        reflected = np.where(given, torque, np.inf)
+            return values
         ranges = self.limits(limits) if len(self.bent) else limits
-        for row in np.flatnonzero(given):
-            reflected[row] *= self._slopes(int(row), ranges)[0]
-        of_motor = self._tightest(reflected, np.minimum)
-        lacks &= np.isfinite(of_motor)
-        found[self.free[lacks]] = of_motor[lacks]
-        return found
+        slopes = np.array([self._slopes(row, ranges) for row in range(len(values))])
+        ratio = slopes[:, 0] if field == "torque" else 1.0 / slopes[:, 1]
+        of_others = self._tightest(np.where(none, np.inf, values * ratio), np.minimum)
+        of_motor = np.where(none[self.free], of_others, values[self.free])
+        return np.where(lacks, of_motor[self.motor] / ratio, values)
 
     def _tightest(self, values: Array, tighter: np.ufunc) -> Array:
         """Return of each tie the tightest of the values of its joints, shape (m,)."""

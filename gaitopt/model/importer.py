@@ -279,6 +279,11 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         model, chain, mirror, choices.unequal_limits, right, complete, closed.armature
     )
     faults += () if faults else tuple(wrong)
+    given = (("effort", limits.torque), ("velocity", limits.speed))
+    known = {
+        (kind, n) for kind, own in given for n, v in zip(names, own, strict=True) if v < np.inf
+    }
+    unlooped = tuple(p for p in unlooped if (p.kind, p.name) not in known)
     asked = (choices.stance_sole, choices.swing_sole)
     sides = (asked[side], asked[1 - side])
     try:

@@ -69,7 +69,7 @@ def joint_limits(
     mirror: Array,
     unequal: str,
     right: NDArray[np.bool_],
-    complete: Callable[[JointLimits], Array],
+    complete: Callable[[JointLimits], JointLimits],
     elsewhere: Collection[str],
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     """Read the limits of the joints that move.
@@ -77,7 +77,7 @@ def joint_limits(
     Args:
         joints: the moving ones, those of the stance leg first, shape (n,).
         right: which joints are on the right side, shape (n,); asked for "right" and "left".
-        complete: gives torques (n,) to joints without any, which others have that lead them.
+        complete: gives torque and speed to joints without any, which others of their ties have.
         elsewhere: joints whose motors sit elsewhere, so that theirs is the torque that is limited.
 
     Returns:
@@ -92,7 +92,7 @@ def joint_limits(
         lower=np.array(model.lowerPositionLimit)[angles],
         upper=np.array(model.upperPositionLimit)[angles],
     )
-    raw = replace(raw, torque=complete(raw))
+    raw = complete(raw)
     limits, findings, faults = _without_placeholders(
         raw, names, elsewhere, sum(float(body.mass) for body in model.inertias)
     )

@@ -110,6 +110,8 @@ def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None)
     Raises:
         RobotError: there is no such pair, or its chains are not legs.
     """
+    if rooted := _rooted_in_a_leg(posed):
+        raise RobotError(rooted)
     axes = [np.array(AXES[name]) for name in _UP_ORDER] if up is None else [up]
     for axis in axes:
         ends = feet or _lowest_pair(posed, axis)
@@ -262,6 +264,29 @@ def axes_apart(first: Array, other: Array, normal: Array) -> float:
     image = first - 2.0 * np.outer(first @ normal, normal)
     cosine = np.abs((image * other).sum(axis=1))
     return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
+
+
+def _rooted_in_a_leg(posed: PosedModel) -> str:
+    """Say that the root of the file lies in a leg, where it does; else nothing.
+
+    The way from the heaviest body to the root, and on to the end beyond it, is then a leg, with as
+    many joints as another chain on that body.
+    """
+    model = posed.model
+    trunk = max(range(1, model.njoints), key=lambda j: float(model.inertias[j].mass))
+    way = {int(j) for j in model.supports[trunk]} - {0, 1}
+    ends = [{int(j) for j in model.supports[leaf]} - {0, 1} for leaf in posed.leaves]
+    beyond = max((len(end) for end in ends if not end & way), default=0)
+    others = {len(end - way) for end in ends if trunk in end}
+    if len(way) <= _MOST_SHARED or len(way) + beyond not in others.intersection(LEG_LENGTHS):
+        return ""
+    root = next(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+    link = foot_name(model, trunk)
+    return (
+        f"the root of the file, '{root}', lies in a leg: {joint_count(len(way))} lie between it "
+        f"and the heaviest link, '{link}'; gaitopt needs a root above both legs: write the file "
+        f"with '{link}' as its root"
+    )
 
 
 def _unequal_pair(posed: PosedModel) -> _UnequalPair | None:
@@ -438,7 +463,8 @@ def _check_leg(posed: PosedModel, leg: list[int], toes: list[int], up: Array) ->
         kind = joint_kind(posed.model.joints[joint])
         if kind != "revolute":
             name = posed.model.names[joint]
-            raise RobotError(f"joint '{name}' is {kind}; gaitopt needs {_LEGS}")
+            fix = "; if it stands still, make it fixed" if kind == "prismatic" else ""
+            raise RobotError(f"joint '{name}' is {kind}; gaitopt needs {_LEGS}{fix}")
     if len(leg) != LEG_LENGTHS[0] and (missing := _essential_joints_missing(posed, leg, up)):
         names = ", ".join(str(posed.model.names[j]) for j in leg)
         lacks = " and ".join(_MISSING.get(name, f"no {name} joint") for name in missing)

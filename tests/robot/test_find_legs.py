@@ -234,6 +234,24 @@ def _shifted(name: str, xyz: str):
     return lambda root: joint(root, name).find("origin").set("xyz", xyz)
 
 
+@pytest.mark.parametrize(("end", "count"), [("ankle_roll", 6), ("knee", 4)])
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("arms", [0, 3])
+def test_a_root_in_a_leg_is_named(end, count, side, arms):
+    def reverse(root):
+        for name in LEG[LEG.index(end) :]:
+            way = joint(root, f"{side}_{name}")
+            parent, child = way.find("parent"), way.find("child")
+            above, below = parent.get("link"), child.get("link")
+            parent.set("link", below)
+            child.set("link", above)
+
+    foot = {"ankle_roll": "foot", "knee": "shin"}[end]
+    said = rf"'{side}_{foot}', lies in a leg: {count} joints lie .* '\w*torso'; .* as its root"
+    with pytest.raises(RobotError, match=said):
+        Robot.from_urdf(edited_urdf(edits(add_arms(arms), reverse)))
+
+
 @pytest.mark.parametrize("others", [[], [add_arms(7)], [add_arms(6)]])
 @pytest.mark.parametrize(
     ("name", "xyz", "fault"),

@@ -52,6 +52,18 @@ def test_motors_of_giants_are_no_placeholders(torque, limit):
     np.testing.assert_allclose(knees, limit)
 
 
+def test_limits_that_are_given_are_not_asked_for():
+    text = edited_urdf(both("knee", effort=0.0, velocity=0.0))
+    asked = [f.text for f in Robot.from_urdf(text).findings if "give it" in f.text]
+    assert [("effort" in one, "velocity" in one) for one in asked] == [
+        (True, False),
+        (False, True),
+    ] * 2
+    given = LimitOverride("*knee", torque=100.0)
+    left = Robot.from_urdf(text, choices=ImportOptions(limits=(given,))).findings
+    assert [f.text for f in left if "give it" in f.text] == [asked[1], asked[3]]
+
+
 def test_a_joint_without_limits_has_none_in_words():
     def edit(root):
         for side in ("left", "right"):

@@ -43,9 +43,9 @@ def warnings(robot):
     [
         ({"lengths": 1e3}, "legs: both legs: the legs are 600 m long .* 0.1 to 5 m .* in mm"),
         ({"lengths": 1e2}, "legs: both legs: the legs are 60 m long .* 0.1 to 5 m .* file in cm"),
-        ({"lengths": 0.15}, "legs: both legs: the legs are 0.09 m long from hip to ankle; 0.1 to"),
+        ({"lengths": 0.15}, "legs: .* 0.09 m .* plausible; lengths of the file must be in m$"),
         ({"masses": 1e3, "inertias": 1e3}, r"mass: robot: the robot weighs 5\.687e\+04 kg; 0.5 to "
-         "1000 kg are plausible; are masses of the file in g"),
+         "1000 kg are plausible; are masses of the file in g\\? They must be in kg$"),
         ({"inertias": 1e6}, "inertia: left_hip_yaw and 5 more of each leg: "
          "the link that 'left_hip_yaw' moves .* above 1800 mm .* in g·m² or kg·mm²"),
         ({"inertias": 0.0}, "inertia: left_hip_yaw and 5 more of each leg: the link that .* up to "

@@ -68,6 +68,38 @@ def test_limits_are_those_of_the_joint_that_is_followed():
     assert robot.coupling.reach(elbow, limits) == pytest.approx((-2.5, 2.5))
 
 
+@pytest.mark.parametrize("idle", [{"effort": 0.0}, {"effort": 0.0, "velocity": 0.0}])
+def test_joints_that_follow_need_no_motor(idle):
+    """They have torque and speed of the motor that turns them, and nobody asks for other ones."""
+
+    def edit(root):
+        for name in ("right_hip_yaw_pitch", "left_hip_roll", "right_hip_roll"):
+            set_limit(name, **idle)(root)
+        for side in ("left", "right"):
+            mimic(root, f"{side}_hip_roll", f"{side}_ankle_roll", multiplier=-0.5)
+
+    robot, plain = read(edited(nao_like(), edit)), tied("NAO's hips")
+    assert said(robot, "limits") == said(robot, "file") == []
+    rows = [plain.joint_names.index(name) for name in robot.joint_names]
+    for field in ("torque", "speed"):
+        of_both = getattr(robot.limits, field), getattr(plain.limits, field)[rows]
+        np.testing.assert_array_equal(*of_both)
+
+
+def test_one_actuator_turns_both_hips():
+    def cross(root):
+        added(
+            ".", f"<equality>{equality('right_hip_yaw', 'left_hip_yaw', (0.0, -1.0))}</equality>"
+        )(root)
+        actuators = root.find("actuator")
+        actuators.remove(actuators.find("motor[@joint='right_hip_yaw']"))
+
+    robot, plain = Robot.from_urdf(edited(plain_mjcf(), cross)), Robot.from_urdf(plain_mjcf())
+    rows = [plain.joint_names.index(name) for name in robot.joint_names]
+    assert len(rows) == 11
+    np.testing.assert_array_equal(robot.limits.torque, plain.limits.torque[rows])
+
+
 def test_a_tie_through_others_is_that_to_the_first():
     ties = {"a": Tie("a", "b", 2.0, 0.1), "b": Tie("b", "c", -3.0, 0.2)}
     found, faults = ties_to_masters(ties)
@@ -398,6 +430,17 @@ def test_mujoco_finds_bends_kept_as_the_file_says():
     assert np.abs(ddq).max() > 1e-2
 
 
+@pytest.mark.parametrize("coefficients", [(0.1, -2.0), (0.1, 1.0, 0.0, 0.5), (0.0, 1.0)])
+def test_what_follows_an_endless_joint_is_endless(coefficients):
+    coupling = couple(("a", "b"), {"b": Tie.of("b", "a", coefficients)}, np.eye(2))
+    none = np.full(1, np.inf)
+    free = JointLimits(torque=none, speed=none, lower=-none, upper=none)
+    assert coupling.reach(0, free) == coupling.reach(1, free) == (-np.inf, np.inf)
+    half = coupling.reach(1, JointLimits(torque=none, speed=none, lower=np.zeros(1), upper=none))
+    at_zero = coefficients[0]
+    assert half == ((-np.inf, at_zero) if coefficients[1] < 0.0 else (at_zero, np.inf))
+
+
 def test_bends_pass_their_limits_on():
     """By ranges inverted, and by the steepest slope between them."""
     coupling = couple(("a", "b"), {"b": Tie.of("b", "a", (0.1, 1.0, 0.5))}, np.eye(2))
@@ -410,7 +453,7 @@ def test_bends_pass_their_limits_on():
     found = coupling.limits(raw)
     assert found.range(0) == pytest.approx((-0.5, 1.0))  # 0.1 + 1 + 0.5 = 1.6
     assert found.speed[0] == pytest.approx(6.0 / 2.0)  # slope 1 + z, at most 2
-    assert coupling.complete(raw)[0] == pytest.approx(12.0 * 0.5)  # at least 0.5
+    assert coupling.complete(raw).torque[0] == pytest.approx(12.0 * 0.5)  # at least 0.5
     assert coupling.reach(1, found) == pytest.approx((0.1 - 0.5 + 0.125, 1.6))
     z = np.zeros(1)
     coupling.put(z, 1, 0.725, found)
