@@ -217,9 +217,12 @@ def _second_start(request: Request, asked: OptimiseOptions) -> Iterator[SecondSt
         yield None
         return
     sigma, seed = request.noise
-    with closing(
-        SecondStart(robot, task, options, seed=seed, sigma=sigma, start=request.start)
-    ) as second:
+    try:
+        second = SecondStart(robot, task, options, seed=seed, sigma=sigma, start=request.start)
+    except OSError:  # no pipe to be had: it is made after the first, as where no core is free
+        yield None
+        return
+    with closing(second):
         yield second
 
 

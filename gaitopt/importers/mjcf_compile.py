@@ -358,7 +358,7 @@ def check_magnitudes(tree: XmlTree) -> None:
             if any(SIZE <= abs(value) < math.inf for value in as_numbers(element.attrib[name])):
                 text = printable(element.attrib[name])
                 raise NamedElement(tree, element).refusal(
-                    f"its {name} is '{text}'; give numbers below {SIZE:g}; correct it"
+                    f"its {name} is '{text}'; its numbers must be below {SIZE:g}; correct it"
                 )
 
 

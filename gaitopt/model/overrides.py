@@ -268,9 +268,10 @@ def _placed(model: pin.Model, payload: Payload, legs: LegJoints) -> Payload:
             joint = max(others, key=lambda j: float(model.inertias[j].mass))
         name = _link_of(model, joint)
     if name not in links:
+        names = list(dict.fromkeys((TORSO, PELVIS, *links)))
         raise RobotError(
-            f"payload: there is no link '{name}'; {did_you_mean(name, (TORSO, PELVIS, *links))}"
-            f"give {TORSO}, {PELVIS} or one of {', '.join(links)}"
+            f"payload: there is no link '{name}'; {did_you_mean(name, names)}give one of "
+            f"{', '.join(names)}"
         )
     if payload.place is not None:
         return replace(payload, link=name)

@@ -88,6 +88,19 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     return found
 
 
+def test_without_a_pipe_the_second_start_comes_after_the_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_pipe(*_: object, **__: object) -> None:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(optimise_command, "SecondStart", no_pipe)
+    monkeypatch.setattr(optimise_command, "can_be_copied", lambda: True)
+    monkeypatch.setattr(optimise_command, "spare_cores", lambda: 1.0)
+    result = CliRunner().invoke(app, ["optimise", *QUICK, "-o", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+
+
 @copied
 @pytest.mark.parametrize("words", [(), ("--quiet",), ("--starts", "3")])
 def test_a_second_start_beside_the_first_shows_and_writes_the_same(

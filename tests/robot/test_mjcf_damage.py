@@ -77,7 +77,7 @@ def all_inertias(root):
 
 SHIN_SAYS, KNEE_SAYS = f"body '{SHIN}': ", f"joint '{KNEE}': "
 MUJOCO, NO_NUMBER = "MuJoCo refuses it: ", "; it must be finite; correct it"
-LARGE = r"; give numbers below 1e\+09; correct it"
+LARGE = r"; its numbers must be below 1e\+09; correct it"
 MASS, FEW = "mass and inertia of moving bodies must be larger", "does not have enough data"
 LEGS = "a leg: every leg joint has its own motor; remove that <{}>; gaitopt needs two legs of four"
 DAMAGE = {

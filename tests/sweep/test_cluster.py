@@ -54,6 +54,15 @@ def test_an_address_where_nobody_answers_is_refused_soon(monkeypatch):
         joined_scheduler("tcp://127.0.0.1:9")
 
 
+def test_a_server_that_is_no_scheduler_is_refused(monkeypatch):
+    def answered(*_, **__):
+        raise MemoryError("what it sent was taken for a length")
+
+    monkeypatch.setattr("distributed.Client", answered)
+    with pytest.raises(InputError, match=r"no Dask scheduler answers at 'tcp://127.0.0.1:9'"):
+        joined_scheduler("tcp://127.0.0.1:9")
+
+
 def test_a_scheduler_that_goes_away_is_told(robot, scheduler, tmp_path):
     from distributed import Client
 
