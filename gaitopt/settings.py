@@ -486,8 +486,9 @@ def _fits(value: Any, hint: Any) -> bool:
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, UnionType):
         return any(_fits(value, part) for part in parts)
-    untold = getattr(kind, "_is_protocol", False) and not hasattr(kind, "_is_runtime_protocol")
-    if not isinstance(kind, type) or kind is object or kind.__module__ == "numpy" or untold:
+    if not isinstance(kind, type) or kind in (object, Any) or kind.__module__ == "numpy":
+        return True
+    if getattr(kind, "_is_protocol", False) and not getattr(kind, "_is_runtime_protocol", False):
         return True
     if kind in (float, int):
         number = Real if kind is float else Integral

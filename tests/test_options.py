@@ -1,8 +1,10 @@
 """Dataclasses of options refuse names and kinds of values with advice that works."""
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from inspect import isfunction, signature
+from typing import Any, Protocol
 
 import numpy as np
 import pytest
@@ -47,7 +49,7 @@ from gaitopt import (
 from gaitopt.errors import InputError, OptionError, RobotError, did_you_mean
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, Payload
 from gaitopt.motions.motion import motion
-from gaitopt.settings import _argument_kinds
+from gaitopt.settings import _argument_kinds, checked_arguments
 from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
 
 
@@ -243,6 +245,25 @@ def test_what_is_of_another_kind_is_refused(robot, use, said):
 def test_what_is_of_the_kind_and_cannot_be_is_refused(robot, use, said):
     with pytest.raises(InputError, match=re.escape(said)):
         use(robot)
+
+
+class Untold(Protocol):
+    """A protocol of which nobody can ask whether something is one."""
+
+
+@checked_arguments
+def _with_kinds_that_nobody_can_tell(
+    any_one: Any, table: Mapping[str, Any], some: Iterable[Untold] = (), one: Untold | None = None
+) -> None:
+    """Have an argument of every such kind."""
+
+
+def test_what_nobody_can_tell_is_let_through():
+    _with_kinds_that_nobody_can_tell(3, {"a": object()}, [3], 3)
+    with pytest.raises(OptionError, match="table is 3; give a table by name"):
+        _with_kinds_that_nobody_can_tell(3, 3)
+    with pytest.raises(OptionError, match="some is 'ab'; give a list of Untold"):
+        _with_kinds_that_nobody_can_tell(3, {}, "ab")
 
 
 @pytest.mark.parametrize("name", [n for n in gaitopt.__all__ if isfunction(getattr(gaitopt, n))])

@@ -157,9 +157,9 @@ def imposed(problem: WalkProblem) -> tuple[str, ...]:
     ):
         value = getattr(margins, name)
         if value is not None:
+            span = " to ".join(dict.fromkeys((f"{own.min():g}", f"{own.max():g}")))
             found.append(
-                f"{name} {value:g} {unit} for every joint, where the robot has {own.min():g} to "
-                f"{own.max():g} {unit}"
+                f"{name} {value:g} {unit} for every joint, where the robot has {span} {unit}"
             )
     for one in fields(Margins):
         value, default = getattr(margins, one.name), getattr(usual, one.name)
