@@ -42,7 +42,7 @@ def write_results(
     """Write the gait and everything made from it; yield each as it is written.
 
     Args:
-        worker: draws the figures or, where there are none, the page.
+        worker: draws the page and the figures, but where there are both, no page with meshes.
 
     Raises:
         InputError: the directory cannot be written.
@@ -50,14 +50,17 @@ def write_results(
     make_directory(directory)
     yield save_gait(gait, directory / GAIT)
     here, worker = DrawingWorker(), worker or DrawingWorker()
+    alone = figures and "<mesh" in gait.urdf  # to simplify meshes takes longer than to draw figures
+    paged = worker.begin(draw_page, gait) if page and figures and not alone else None
     drawn = worker.begin(draw_figures, gait, directory / FIGURES) if figures else None
     yield write_record(summarise(gait), directory / SUMMARY)
     yield write_atomically(directory / URDF, gait.urdf.encode())
     yield write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode())
     yield write_atomically(directory / TASK, task_text(request, directory).encode())
     if page:
-        text = (here if figures else worker).begin(draw_page, gait, worker.simplify_rest())()
-        yield write_atomically(directory / PAGE, text.encode())
+        if paged is None:
+            paged = (here if alone else worker).begin(draw_page, gait, worker.simplify_rest())
+        yield write_atomically(directory / PAGE, paged().encode())
     if drawn is not None:
         drawn()
         yield directory / FIGURES

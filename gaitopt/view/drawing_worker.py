@@ -53,7 +53,8 @@ class DrawingWorker:
         try:
             pool = ProcessPoolExecutor(1, worker_context(), initializer=serve_parent)
             with without_ctrl_c():
-                self._ready = [pool.submit(ready_for_figures if figures else ready_for_page)]
+                loads = (ready_for_figures, ready_for_page) if figures else (ready_for_page,)
+                self._ready = [pool.submit(load) for load in loads]
         except (OSError, RuntimeError, NotImplementedError):  # no more processes are to be had
             return
         self.pool = pool
@@ -167,10 +168,14 @@ def draw_page(gait: Gait, parts: Mapping[str, Any] | None = None) -> str:
 
 def ready_for_figures() -> None:
     """Load what figures need, which takes as long as drawing them."""
-    from gaitopt.view.figure_style import new_figure, rendered
+    from gaitopt.view.figure_style import legends_beside, panelled, rendered, styled
+    from gaitopt.view.figures import FORCES
 
-    figure = new_figure(1.0, 1.0)
-    figure.subplots().set_title("$f_z$")
+    with styled():
+        figure, (axes,) = panelled((4.0, 2.0), "")
+        for words in FORCES:
+            axes.plot([], label=words)
+        legends_beside(figure)
     rendered(figure, "png")  # loads the fonts, the grammar of formulas and the renderer too
 
 

@@ -306,6 +306,8 @@ _COP_HEIGHTS = (1.2, 5.0)  # inch, of the panel
 _PHASES = 0.035  # of a panel's height: the band of the phases at its foot
 
 
+FORCES = ("normal $f_z$", "forward $f_x$", "sideways $f_y$")
+"""Names of the ground's forces; formulas take long to set."""
 _LINES = ("-", "--")  # of a step, and of the second of a stride
 _STEPS = ("", ", 2nd step mirrored")
 
@@ -493,9 +495,10 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
     mean = 0.0
     for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False):
         (fx, fy, fz), later = own.ground_wrench[:, :3].T, words if gait.second is not None else ""
-        axes.plot(own.time, fz, line, color=STANCE, label=f"normal $f_z${later}")
-        axes.plot(own.time, fx, line, color=SWING, linewidth=1.2, label=f"forward $f_x${later}")
-        axes.plot(own.time, fy, line, color=SECOND, linewidth=1.2, label=f"sideways $f_y${later}")
+        for force, words, colour, width in zip(
+            (fz, fx, fy), FORCES, (STANCE, SWING, SECOND), (1.6, 1.2, 1.2), strict=True
+        ):
+            axes.plot(own.time, force, line, color=colour, linewidth=width, label=words + later)
         total = float(np.diff(own.time) @ (fz[:-1] + fz[1:])) / 2.0  # trapezoids
         mean += total / (own.duration * len(gait.steps))
         if own.closing:

@@ -5,6 +5,7 @@ Also how the contacts of a foot look in figures and on pages, and what its phase
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,7 @@ def stick_figures(body: Multibody, configurations: Array, top: Array) -> StickFi
     return StickFigures(legs, corners, np.stack([legs[:, :, -1].mean(axis=1), above], axis=1))
 
 
+@lru_cache(maxsize=2)  # the robot is read for it, and more than one figure asks
 def trunk_top(gait: Recorded) -> Array:
     """Return the top of the trunk, above the middle of the hips, in the base's frame, (3,) [m].
 
@@ -81,7 +83,9 @@ def trunk_top(gait: Recorded) -> Array:
     middle = hips.mean(axis=0)
     leg = float(np.linalg.norm(hips[0] - ankles[0]))
     above = max(float((origins @ up).max()), _drawn_top(gait, up)) - float(up @ middle)
-    return np.asarray(middle + up * (above if above > _STUB * leg else _TRUNK_TO_LEG * leg))
+    top = np.asarray(middle + up * (above if above > _STUB * leg else _TRUNK_TO_LEG * leg))
+    top.setflags(write=False)
+    return top
 
 
 def at_reference(gait: Recorded, source: Source) -> tuple[pin.Model, pin.Data]:

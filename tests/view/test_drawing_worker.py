@@ -12,6 +12,8 @@ import pytest
 from page_scene import unpacked
 from sample_gait import sample_gait
 
+from gaitopt.cli.request import make_request
+from gaitopt.cli.results import write_results
 from gaitopt.design import process as processes
 from gaitopt.errors import InputError
 from gaitopt.view import drawing_worker as module
@@ -114,6 +116,33 @@ def test_meshes_and_the_page_are_made_here_if_the_process_dies(monkeypatch):
         assert worker.simplify_rest() in ({}, {"no such file": None})
         page = worker.begin(draw_page, sample_gait(), {})()
     assert lots_apart(page) == lots_apart(draw_page(sample_gait()))
+
+
+@pytest.mark.parametrize(
+    ("figures", "mesh", "begun"),
+    [
+        (False, "", ["draw_page"]),
+        (False, "<!--<mesh-->", ["draw_page"]),
+        (True, "", ["draw_page", "draw_figures"]),
+        (True, "<!--<mesh-->", ["draw_figures"]),  # that of the page would be waited for
+    ],
+)
+def test_a_worker_draws_the_page_first_but_no_meshes_beside_figures(
+    figures, mesh, begun, tmp_path, monkeypatch
+):
+    asked = []
+
+    def begin(worker, draw, *facts):
+        asked.extend([draw.__name__] if worker is given else [])
+        return partial(draw, *facts)
+
+    monkeypatch.setattr(DrawingWorker, "begin", begin)
+    gait, given = replace(sample_gait(), urdf=sample_gait().urdf + mesh), DrawingWorker()
+    request = make_request({}, None)
+    written = [*write_results(gait, request, tmp_path, page=True, figures=figures, worker=given)]
+    assert asked == begun
+    assert all(path.exists() for path in written)
+    assert {"gait.html", *(["figures"] if figures else [])} <= {path.name for path in written}
 
 
 def lots_apart(page):
