@@ -20,7 +20,7 @@ from gaitopt.bounds import GAIT, NUMBER, too_large
 from gaitopt.contact import FlatFoot, LegExchange, PhaseEnd
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import OF_TURN, OPTIONAL, SHAPES, Gait, array_names, must_be_gait
+from gaitopt.gait.result import OF_TURN, OPTIONAL, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.physics import MOST_POWER
 from gaitopt.model.multibody import Multibody, checked_multibody
@@ -308,7 +308,6 @@ def gait_members(gait: Gait, facts: Mapping[str, object] | None = None) -> Array
     Raises:
         RobotError: the gait has no `multibody`, and its URDF is not its robot.
     """
-    must_be_gait(gait, Gait)
     trajectory = gait.trajectory
     at = trajectory.at(gait.time, before=_ends_phase(gait))
     found = arrays_of_step(gait, at) | {"mirror": gait.mirror, "parameters": gait.parameters}

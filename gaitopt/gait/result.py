@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.actuators.linkages import linkages_from_rows
-from gaitopt.bounds import INSTANTS, NUMBER, at_most, must_be
+from gaitopt.bounds import INSTANTS, NUMBER, at_most
 from gaitopt.contact import BOTH_FEET, FlatFoot
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, GaitoptError, InputError, RobotError
@@ -185,15 +185,6 @@ def _robot_or_found(gait: Recorded) -> Robot:
 _LONGEST = 80  # characters of words
 _LOOPS = ("<connect", "<weld")  # in the text of a robot with loops of bodies
 _MOST = 1000  # points of an outline
-
-
-def must_be_gait(gait: object, kind: type | tuple[type, ...] = Recorded) -> None:
-    """Refuse what is given in place of a gait, as the design that holds it or the name of its file.
-
-    Raises:
-        OptionError: it is none.
-    """
-    must_be(gait, kind, "the gait", "a Gait: load_gait('walk.npz'), or .gait of a Design")
 
 
 @dataclass(frozen=True)

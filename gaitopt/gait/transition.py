@@ -49,7 +49,7 @@ from gaitopt.gait.gait_file import (
     same_numbers,
     typed,
 )
-from gaitopt.gait.result import Gait, Recorded, must_be_gait
+from gaitopt.gait.result import Gait, Recorded
 from gaitopt.gait.trajectory import StepSequence, TrajectoryPhase
 from gaitopt.nlp import Array
 from gaitopt.settings import checked_arguments
@@ -357,7 +357,6 @@ def save_transition(transition: Transition, path: str | Path) -> Path:
 
 def transition_members(transition: Transition) -> Arrays:
     """Return the arrays of a transition's file by name, all but the digest."""
-    must_be_gait(transition, Transition)
     first, trajectory = transition.steps[0], transition.trajectory
     found: dict[str, Any] = dict(gait_members(first))
     begin = transition.begins + transition.shifts_for

@@ -30,7 +30,7 @@ from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.importers.report import Finding
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
-from gaitopt.settings import checked_arguments, declared
+from gaitopt.settings import checked, checked_arguments, declared
 from gaitopt.units import read_quantity
 
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
@@ -156,17 +156,11 @@ def parse_axis(name: str, text: str) -> Axis:
     """Return the axis of a range "first:last:step" (both ends included) or of a list "a,b,c".
 
     Raises:
-        InputError: the text is neither, or no text.
+        InputError: the text is neither.
     """
-    if not isinstance(text, str):
-        raise InputError(
-            f"the range of {name} is {text!r}, no text; give one as '0.4:1.3:0.05', or "
-            f"Axis({name!r}, (0.4, 0.6))"
-        )
     try:
         words = text.split(":" if ":" in text else ",")
-        unit = quantity_unit(name) if isinstance(name, str) else ""  # `Axis` refuses others
-        parts = [read_quantity(word, unit) for word in words]
+        parts = [read_named(name, word) for word in words]
     except ValueError:
         parts = []
     if ":" not in text and parts:
@@ -218,6 +212,7 @@ Index = tuple[int, ...]
 """Which value of each axis."""
 
 
+@checked
 @dataclass(frozen=True)
 class TaskGrid:
     """A grid and the points from which it is explored.

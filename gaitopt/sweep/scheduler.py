@@ -19,11 +19,9 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from types import NoneType
 from typing import Protocol
 
 from gaitopt.actuators.motors import MotorTable
-from gaitopt.bounds import must_be
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.dataclass import dataclass
@@ -119,13 +117,7 @@ def sweep(
         KeyboardInterrupt: Ctrl-C was pressed; what was done is kept.
     """
     options = options or DesignOptions()
-    must_be(robot, Robot, "robot", "a Robot, as Robot.from_urdf(urdf_text(biped13()))")
-    must_be(task, Task, "task", "a Task, as preset_task()")
-    must_be(directory, (str, Path), "directory", "a path")
-    must_be(options, DesignOptions, "options", "DesignOptions")
-    must_be(spec, (BipedSpec, NoneType), "spec", "a BipedSpec, as biped13()")
-    must_be(motors, (MotorTable, NoneType), "motors", "a MotorTable, as read_motors('motors.toml')")
-    grid = TaskGrid(_axes(axes))
+    grid = TaskGrid(tuple(axes))
     if seed:
         grid = TaskGrid(grid.axes, (grid.nearest(seed),))
     task_at = task_at or (lambda v: with_values(task, v.items()))
@@ -135,16 +127,6 @@ def sweep(
     with Writer(folder, grid, record) as writer:
         Scheduler(scenarios, options, writer, executor, on_progress).run()
     return open_library(folder)
-
-
-def _axes(given: Iterable[Axis]) -> tuple[Axis, ...]:
-    axes = tuple(given) if isinstance(given, Iterable) else (given,)
-    if isinstance(given, Axis) or not all(isinstance(axis, Axis) for axis in axes):
-        raise InputError(
-            f"axes are {given!r}; give a list of Axis, even of one: "
-            "[parse_axis('speed', '0.4:1.3:0.05')]"
-        )
-    return axes
 
 
 class Scenarios:

@@ -8,17 +8,16 @@ of the scene only, so that to follow the robot the world is moved the other way.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from numbers import Integral
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from gaitopt.bounds import FRAMES, STEPS, at_most, must_be, shown
+from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.contact import BOTH_FEET, FlatFoot, HeelLine, ToeLine
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.gait.result import Gait, Ground, ground_of, must_be_gait
+from gaitopt.gait.result import Gait, Ground, ground_of
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import quaternions, upright
@@ -167,7 +166,6 @@ def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
         InputError: there is no step, or there are too many frames.
         RobotError: the gait's robot cannot be read.
     """
-    must_be(steps, Integral, "the number of steps", "a whole number")
     if steps < 1:
         raise InputError(f"{shown(steps)} steps cannot be shown; ask for one or more")
     at_most(steps, STEPS, "steps")
@@ -225,7 +223,6 @@ def build_scene(
         InputError: steps < 1.
         RobotError: the robot cannot be drawn.
     """
-    must_be_gait(gait)
     samples = transition_frames(gait) if isinstance(gait, Transition) else frames(gait, steps)
     # the last frame of each step comes a moment earlier: keys must increase
     times = samples.time - _SWITCH * np.append(np.diff(samples.step) > 0, False)

@@ -136,11 +136,11 @@ def test_a_library_is_not_mixed_with_another(robot, swept):
         ({"axes": SPEEDS}, "give a list of Axis"),
         ({"axes": ["speed"]}, "give a list of Axis"),
         ({"axes": 3}, "give a list of Axis"),
-        ({"robot": None}, "robot is None, .* give a Robot"),
-        ({"task": "fast"}, "task is 'fast', .* give a Task"),
-        ({"directory": 3}, "directory is 3, .* give a path"),
-        ({"options": 3}, "options is 3, .* give DesignOptions"),
-        ({"spec": "biped13"}, "spec is 'biped13', .* give a BipedSpec"),
+        ({"robot": None}, "robot is None; give a Robot"),
+        ({"task": "fast"}, "task is 'fast'; give a Task"),
+        ({"directory": 3}, "directory is 3; give a text or a path"),
+        ({"options": 3}, "options is 3; give DesignOptions"),
+        ({"spec": "biped13"}, "spec is 'biped13'; give a BipedSpec"),
     ],
 )
 def test_what_cannot_be_swept_is_refused(robot, tmp_path, changes, said):

@@ -48,7 +48,7 @@ def test_what_is_no_range_is_refused(text):
     ],
 )
 def test_values_of_another_kind_are_refused(make):
-    with pytest.raises(InputError, match=r"speed|by its name"):
+    with pytest.raises(InputError, match=r"parse_axis|speed|by its name"):
         make()
 
 
