@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
@@ -40,7 +39,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.phase_times import best_times, searched_times
 from gaitopt.design.pipeline import Design
-from gaitopt.design.process import can_be_copied, small_matrices
+from gaitopt.design.process import can_be_copied, processors, small_matrices
 from gaitopt.design.starts import SecondStart, many_starts
 from gaitopt.design.walkability import weak_points
 from gaitopt.errors import (
@@ -227,7 +226,7 @@ def _second_start(request: Request, asked: OptimiseOptions) -> Iterator[SecondSt
 
 
 def _workers(request: Request) -> int:
-    return max(1, min(request.starts // 2, os.cpu_count() or 1))
+    return max(1, min(request.starts // 2, processors()))
 
 
 def _designed(

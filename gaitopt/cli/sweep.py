@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections import Counter
 from collections.abc import Iterable
@@ -26,7 +25,7 @@ from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.report import print_doubts
 from gaitopt.cli.request import Request, biped_spec, make_request, make_task
 from gaitopt.cli.results import require_writable
-from gaitopt.design.process import small_matrices
+from gaitopt.design.process import processors, small_matrices
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.capsule_distance import narrowed_gaps
@@ -117,13 +116,6 @@ def make_executor(
             errors.print(f"starting workers: {count}{few}", soft_wrap=True)
 
     return local_workers(count, on_start)
-
-
-def processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):  # not on every system
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class SweepDisplay:

@@ -26,6 +26,13 @@ _KEPT = 32 * 2**20  # bytes; glibc refuses a larger threshold for mmap
 _POLL = 0.1  # s between two looks at processes that are to end
 
 
+def processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on every system
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextmanager
 def small_matrices() -> Iterator[None]:
     """Run a block with one BLAS thread and without giving memory back between evaluations.

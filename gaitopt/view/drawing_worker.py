@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gaitopt.design.process import (
     copy_that_does,
+    processors,
     serve_parent,
     shut_down,
     without_ctrl_c,
@@ -109,10 +110,8 @@ def spare_cores() -> float:
     The load of the last minute counts commands that have ended, as those before this one in a row;
     what runs at this moment does not.
     """
-    affinity = getattr(os, "sched_getaffinity", None)  # neither of the two is everywhere
-    cores = (os.cpu_count() or 1) if affinity is None else len(affinity(0))
-    load = 0.0
-    with contextlib.suppress(OSError, AttributeError):
+    cores, load = processors(), 0.0
+    with contextlib.suppress(OSError, AttributeError):  # it is not everywhere
         load = os.getloadavg()[0]
     return min(cores - 1.0, cores - min(load, _running()))
 

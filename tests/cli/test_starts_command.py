@@ -11,6 +11,7 @@ import sys
 import threading
 from multiprocessing import active_children
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from places import DOCS
@@ -128,6 +129,14 @@ def _facts(said: str) -> list[str]:
     return re.sub(r"[\d.]+ s\b", "", "\n".join(lines)).split()
 
 
+@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="no such limit on this system")
+def test_no_more_processes_than_processors_that_may_be_used(monkeypatch) -> None:
+    request = SimpleNamespace(starts=8)
+    for count in (1, 3):
+        monkeypatch.setattr(os, "sched_getaffinity", lambda _, n=count: set(range(n)))
+        assert optimise_command._workers(request) == count
+
+
 @copied
 @pytest.mark.parametrize(
     ("words", "threads", "count"),
@@ -154,7 +163,7 @@ def test_a_second_start_is_begun_where_it_is_sure_to_be_made_next(
     )
     (tmp_path / "own.py").write_text(own, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(optimise_command, "processors", lambda: 2)
     monkeypatch.setattr(threading, "active_count", lambda: threads)
     monkeypatch.setattr(optimise_command, "_search", interrupt)
     monkeypatch.setattr("gaitopt.cli.optimise._fastest_walk", interrupt)
