@@ -22,13 +22,11 @@ from gaitopt.design.robot_changes import LENGTH, Anatomy, RobotChange
 from gaitopt.design.shadow_prices import SETTING, kinks, pressed_rows, pressing, shadow_prices
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import ConstraintContext
-from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function, motors_replaced
 from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.model_gradient import ModelGradient, model_gradient
 from gaitopt.gait.parameters import DURATION
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import Step
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.forward_kinematics import slope_rates
@@ -244,15 +242,10 @@ class Envelope:
             penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
             cost = cost_function(task.cost, context, penalty)
             total += problem.cost_scale * cost.value(step)
-        context_of = ConstraintContext(
-            robot, problem.grid, task.margins, task.speed, task.duration, task.speed_as,
-            task.boundary, task.schedule, task.ground,
-        )  # fmt: skip
         own = {block.name: block for block in problem.blocks}
-        for one in (*CONSTRAINTS, *task.cost.constraints, *task.constraints):
-            if one.name in self._pressed and (not only or one.name in only):
-                block = one.block(context_of)
-                total += pressing(block, own[one.name], self._pressed[one.name], step)
+        names = [name for name in self._pressed if not only or name in only]
+        for block in constraint_blocks(robot, task, problem.grid, names):
+            total += pressing(block, own[block.name], self._pressed[block.name], step)
         return total
 
 

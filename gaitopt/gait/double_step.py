@@ -55,9 +55,8 @@ from gaitopt.mechanics.closed_chain import (
     TIED,
     ClosedChain,
     ClosedMotion,
+    FrontFoot,
     refuse_open,
-    taken_hessian,
-    taken_jacobian,
 )
 from gaitopt.mechanics.impact import ClosedImpact, ImpactState, Turning
 from gaitopt.model.joint_tree import TWIST
@@ -344,10 +343,8 @@ class DoubleStepModel(StepModelBase[Closing]):
         q_touch = at_touch[self._angles]
         rate_touch, jump, rear = at_touch[self._rates], np.zeros((0, P)), np.zeros((0, P))
         if double.struck is not None:
-            taken = taken_jacobian(
-                double.sole, double.touchdown, self._push(step), q_touch[None], geometry,
-                matrix[layout.push][None],
-            )[0]  # fmt: skip
+            foot, push = self._struck_foot(step), matrix[layout.push][None]
+            taken = foot.jacobian(q_touch[None], geometry, push)[0]
             jump, rear = double.struck.along(q_touch, taken)
             rate_touch = rate_touch - jump
         early = np.concatenate([q_start[None], knots, [q_touch, rate_start, rate_touch]])
@@ -370,9 +367,10 @@ class DoubleStepModel(StepModelBase[Closing]):
         reads = self._jacobians(double, local, motion, at)
         return replace(local, motion=motion, double=at, jacobians=reads)
 
-    def _push(self, step: Step) -> Array:
-        """The impulse on the front foot in its sole frame, shape (1, 6)."""
-        return step.x[self.layout.push][None]
+    def _struck_foot(self, step: Step) -> FrontFoot:
+        """The front foot as it takes an impulse."""
+        double = step.double_support
+        return FrontFoot(double.sole, double.touchdown, step.x[self.layout.push][None])
 
     def _with_hinge(self, stance: Array, turned: Array, geometry: Array) -> Array:
         """Derivatives of (u, du, ddu, g) at instants, (N, 3 (h + 6) + G, P).
@@ -397,10 +395,8 @@ class DoubleStepModel(StepModelBase[Closing]):
         """Derivatives of all quantities in x, from those of the motion (N, 3 (h + n), P)."""
         layout, P, matrix = self.layout, self._size, self.chart.matrix
         effort, chain = local.support.effort @ motion, double.motion.axes.shape[1]
-        effort[self.both, : TWIST + chain] -= taken_jacobian(
-            double.sole, double.motion, double.wrench, motion[self.both, :chain], at.geometry,
-            at.wrench,
-        )  # fmt: skip
+        angles = motion[self.both, :chain]
+        effort[self.both, : TWIST + chain] -= double.foot.jacobian(angles, at.geometry, at.wrench)
         front = np.zeros((self.grid.count, TWIST, P))
         front[self.both] = at.wrench
         impulse = matrix[layout.push] if self.striking else np.zeros((TWIST, P))
@@ -429,10 +425,9 @@ class DoubleStepModel(StepModelBase[Closing]):
         effort = np.concatenate(parts, axis=1)
         gradient = local_gradient(derivatives, first, effort, h)
         chain = double.motion.axes.shape[1]
-        taken, H = taken_hessian(
-            double.sole, double.motion, double.wrench, motion[self.both, :chain], at.geometry,
-            at.wrench, -effort[self.both, : TWIST + chain],
-        )  # fmt: skip
+        taken, H = double.foot.hessian(
+            motion[self.both, :chain], at.geometry, at.wrench, -effort[self.both, : TWIST + chain]
+        )
         gradient[self.both, :chain] += taken
         dynamics = derivatives.support.hessian(effort)
         local = local_hessian(derivatives, first, dynamics).whole
@@ -549,10 +544,8 @@ class DoubleStepModel(StepModelBase[Closing]):
         bent = self.closed_impact.hessian(struck, e)
         mixed = along.T @ bent.qa[0] @ at.jump
         H += along.T @ bent.qq[0] @ along + mixed + mixed.T
-        taken, of_front = taken_hessian(
-            double.sole, double.touchdown, self._push(step), along[None], at.geometry,
-            self.chart.matrix[self.layout.push][None], -e[None],
-        )  # fmt: skip
+        push = self.chart.matrix[self.layout.push][None]
+        taken, of_front = self._struck_foot(step).hessian(along[None], at.geometry, push, -e[None])
         H += of_front
         return np.asarray(e @ struck.of_posture + taken[0])
 

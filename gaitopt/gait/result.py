@@ -119,7 +119,10 @@ def robot_of(gait: Recorded) -> Robot:
     """
     choices = gait.fact("choices")
     if isinstance(choices, Mapping):
-        robot = Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
+        chosen = choices_from_record(choices)
+        if gait.fact("physics") is None:  # version 0.1 counted nothing but rotor inertias
+            chosen = chosen.over(without=tuple(part for part in PARTS if part != "armature"))
+        robot = Robot.from_urdf(gait.urdf, choices=chosen)
         robot = robot.as_before(findings_of(gait.fact("findings")))
         return robot.on_ground(ground_of(gait).down)
     edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
@@ -151,13 +154,6 @@ def recorded_linkages(gait: Recorded) -> list[DrivenJoints]:
     return []
 
 
-def _of_its_time(gait: Recorded, choices: ImportOptions) -> ImportOptions:
-    """Return the choices; a gait of version 0.1 counted nothing but rotor inertias."""
-    if gait.fact("physics") is not None:
-        return choices
-    return choices.over(without=tuple(part for part in PARTS if part != "armature"))
-
-
 def drawn_robot(gait: Recorded) -> Robot:
     """Return the robot of a gait of format 1 or made by hand; what it does not record is found.
 
@@ -165,21 +161,16 @@ def drawn_robot(gait: Recorded) -> Robot:
         RobotError: the URDF is not a biped, or not one with the gait's joints and sole frames.
     """
     try:
-        robot = _robot_or_found(gait)
+        try:
+            robot = robot_of(gait)
+        except GaitFileError:
+            soles = gait.stance_sole, gait.swing_sole_frame
+            robot = Robot.from_urdf(gait.urdf, stance_sole=soles[0], swing_sole=soles[1])
     except RobotError as error:
         raise RobotError(f"the gait's URDF cannot be read: {error}") from error
     for name in set(gait.joint_names) - set(robot.joint_names):
         raise RobotError(f"the gait's URDF has no joint '{name}', which the gait moves")
     return robot
-
-
-def _robot_or_found(gait: Recorded) -> Robot:
-    try:
-        return robot_of(gait)
-    except GaitFileError:
-        return Robot.from_urdf(
-            gait.urdf, stance_sole=gait.stance_sole, swing_sole=gait.swing_sole_frame
-        )
 
 
 _LONGEST = 80  # characters of words

@@ -28,13 +28,7 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineBasis, SplineInX, bernstein, on_coefficients, spline_basis
 from gaitopt.gait.step import DoubleSupportPart, ShapedTurn, Step, StepDerivatives
 from gaitopt.gait.step_model import Course, Landing, Opening, StepModel
-from gaitopt.mechanics.closed_chain import (
-    FREE,
-    ClosedChain,
-    ClosedMotion,
-    taken_hessian,
-    taken_jacobian,
-)
+from gaitopt.mechanics.closed_chain import FREE, ClosedChain, ClosedMotion
 from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.model.joint_tree import TWIST
@@ -262,10 +256,8 @@ class ShiftStepModel(StepModel):
     def _effort_jacobian(self, step: Step, effort: Array, motion: Array) -> Array:
         found, part = super()._effort_jacobian(step, effort, motion), _part(step)
         P = motion.shape[2]
-        found[self.both] -= taken_jacobian(
-            part.sole, part.motion, part.wrench, motion[self.both, : self.layout.joints],
-            np.zeros((0, P)), self._wrench_jacobian(P),
-        )  # fmt: skip
+        angles = motion[self.both, : self.layout.joints]
+        found[self.both] -= part.foot.jacobian(angles, np.zeros((0, P)), self._wrench_jacobian(P))
         return found
 
     def _front_jacobian(self, size: int) -> Array:
@@ -305,10 +297,9 @@ class ShiftStepModel(StepModel):
 
     def _taken(self, step: Step, motion: Array, effort: Array) -> tuple[Array, Array]:
         part, n, P = _part(step), self.layout.joints, motion.shape[-1]
-        return taken_hessian(
-            part.sole, part.motion, part.wrench, motion[self.both, :n], np.zeros((0, P)),
-            self._wrench_jacobian(P), -effort[self.both],
-        )  # fmt: skip
+        by_x = self._wrench_jacobian(P)
+        angles = motion[self.both, :n]
+        return part.foot.hessian(angles, np.zeros((0, P)), by_x, -effort[self.both])
 
     def motion_hessian(
         self,

@@ -25,7 +25,7 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineInX
 from gaitopt.gait.walk_point import Product
 from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, leg_pairs
-from gaitopt.mechanics.closed_chain import ClosedMotion
+from gaitopt.mechanics.closed_chain import ClosedMotion, FrontFoot
 from gaitopt.mechanics.forward_kinematics import (
     ROLL,
     YAW,
@@ -214,9 +214,9 @@ class DoubleSupportPart:
         return False
 
     @cached_property
-    def in_world(self) -> Array:
-        """The wrench on the front foot in the stance sole frame, shape (M, 6)."""
-        return np.asarray(self.wrench @ self.sole.toDualActionMatrix().T)
+    def foot(self) -> FrontFoot:
+        """The front foot."""
+        return FrontFoot(self.sole, self.motion, self.wrench)
 
     def without_front(self, effort: Array, both: NDArray[np.bool_]) -> Array:
         """Return wrench and torques less what the front foot takes of them.
@@ -225,7 +225,7 @@ class DoubleSupportPart:
             effort: wrench and torques with one foot on the ground, shape (N, 6 + h + n).
             both: at which instants both stand, shape (N,).
         """
-        found, force, axes = effort.copy(), self.in_world, self.motion.axes
+        found, force, axes = effort.copy(), self.foot.force, self.motion.axes
         found[both, :TWIST] -= force
         found[both, TWIST : TWIST + axes.shape[1]] -= apply(axes, force)
         return found

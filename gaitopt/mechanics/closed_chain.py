@@ -364,76 +364,77 @@ def _orders(m: int) -> tuple[NDArray[np.bool_], _Sorted, _Sorted]:
     return last[:, None] < last, found[0], found[1]
 
 
-def nested_moments(axes: Array, force: Array) -> Array:
-    """Return the derivatives of S_j . force in the angles, shape (M, j, k)."""
-    return np.asarray(nested(axes, force, 2)[0].swapaxes(1, 2))
+@dataclass(frozen=True)
+class FrontFoot:
+    """What a front foot that stands takes off wrench and torques at M instants.
 
-
-def _front_local(sole: pin.SE3, closed: ClosedMotion, force: Array) -> tuple[Array, Array]:
-    """Derivatives of a front wrench in the stance frame: in g (M, 6, G), in itself (6, 6)."""
-    by_amount = np.zeros((*force.shape, len(closed.targets)))
-    for k, target in enumerate(closed.targets):
-        by_amount[:, :, k] = cross_force(np.broadcast_to(target, force.shape), force)
-    return by_amount @ closed.drive, np.asarray(sole.toDualActionMatrix())
-
-
-def taken_jacobian(
-    sole: pin.SE3, closed: ClosedMotion, wrench: Array, angles: Array, geometry: Array, by_x: Array
-) -> Array:
-    """Derivatives of what the front foot takes off wrench and torques, (M, 6 + n, P).
-
-    Args:
-        sole: placement of the front sole.
-        closed: the chain at M instants.
-        wrench: on the front foot, in its sole frame [N, N·m], shape (M, 6).
-        angles, geometry, by_x: derivatives of the angles (M, n, P), of the quantities (G, P)
-            and of the wrench (M, 6, P).
+    Attributes:
+        sole: placement of its sole in that of the rear foot.
+        closed: the chain.
+        wrench: of the ground on it, in its sole frame [N, N·m], shape (M, 6).
     """
-    axes, force = closed.axes, np.asarray(wrench @ sole.toDualActionMatrix().T)
-    by_geometry, by_wrench = _front_local(sole, closed, force)
-    in_world = by_geometry @ geometry + by_wrench @ by_x
-    torque = axes @ in_world + nested_moments(axes, force) @ angles
-    return np.concatenate([in_world, torque], axis=1)
 
+    sole: pin.SE3
+    closed: ClosedMotion
+    wrench: Array
 
-def taken_hessian(
-    sole: pin.SE3,
-    closed: ClosedMotion,
-    wrench: Array,
-    angles: Array,
-    geometry: Array,
-    by_x: Array,
-    weights: Array,
-) -> tuple[Array, Array]:
-    """Gradient in the angles (M, n) and Hessian in x of weights . (what the front foot takes).
+    @cached_property
+    def force(self) -> Array:
+        """The wrench in the frame of the rear sole [N, N·m], shape (M, 6)."""
+        return np.asarray(self.wrench @ self.sole.toDualActionMatrix().T)
 
-    Of weights e, c = e_W + sum_j e_j S_j is a motion, and the sum is c . W(g, w).
+    def _in_x(self, geometry: Array, by_x: Array) -> tuple[Array, Array, Array]:
+        """Derivatives of `force` in g (M, 6, G) and in itself (6, 6); and in x, (M, 6, P)."""
+        targets = self.closed.targets
+        by_amount = np.zeros((*self.force.shape, len(targets)))
+        for k, target in enumerate(targets):
+            by_amount[:, :, k] = cross_force(np.broadcast_to(target, self.force.shape), self.force)
+        by_geometry = by_amount @ self.closed.drive
+        by_wrench = np.asarray(self.sole.toDualActionMatrix())
+        return by_geometry, by_wrench, by_geometry @ geometry + by_wrench @ by_x
 
-    Args:
-        sole, closed, wrench, angles, geometry, by_x: as of `taken_jacobian`.
-        weights: of wrench and torques, shape (M, 6 + n).
-    """
-    axes, targets = closed.axes, closed.targets
-    force = np.asarray(wrench @ sole.toDualActionMatrix().T)
-    e = weights[:, TWIST:]
-    _, triple, _ = nested(axes, force, 3)
-    bent = apply_last(triple, e)  # in the angles
-    c = weights[:, :TWIST] + (e[..., None] * axes).sum(axis=1)
-    # d c / d q_k = S_k x sum over m > k of e_m S_m
-    of_c = apply(motion_cross_matrix(axes), _beyond(axes, e))  # (M, n, 6)
-    by_geometry, by_wrench = _front_local(sole, closed, force)
-    in_world = by_geometry @ geometry + by_wrench @ by_x  # (M, 6, P)
-    mixed = angles.swapaxes(1, 2) @ (of_c @ in_world)
-    H = (angles.swapaxes(1, 2) @ (bent @ angles) + mixed + mixed.swapaxes(1, 2)).sum(axis=0)
-    across = force_cross_matrix(targets)  # (k, 6, 6)
-    drive, count = closed.drive, len(targets)
-    for a in range(count):
-        row = c @ across[a]  # c . (G_a x* .)
-        turned = (row[:, None] @ (by_wrench @ by_x))[:, 0].sum(axis=0)
-        both = np.outer(drive[a] @ geometry, turned)
-        H += both + both.T
-        for b in range(a, count):
-            value = float(np.sum(row * (force @ across[b].T)))
-            pair = value * np.outer(drive[a] @ geometry, drive[b] @ geometry)
-            H += pair if a == b else pair + pair.T
-    return (of_c @ force[..., None])[..., 0], np.asarray(H)
+    def jacobian(self, angles: Array, geometry: Array, by_x: Array) -> Array:
+        """Return the derivatives of what it takes off wrench and torques, (M, 6 + n, P).
+
+        Args:
+            angles, geometry, by_x: derivatives of the angles (M, n, P), of the quantities (G, P)
+                and of the wrench (M, 6, P).
+        """
+        axes, force = self.closed.axes, self.force
+        *_, in_world = self._in_x(geometry, by_x)
+        moments = np.asarray(nested(axes, force, 2)[0].swapaxes(1, 2))
+        return np.concatenate([in_world, axes @ in_world + moments @ angles], axis=1)
+
+    def hessian(
+        self, angles: Array, geometry: Array, by_x: Array, weights: Array
+    ) -> tuple[Array, Array]:
+        """Return gradient in the angles (M, n) and Hessian in x of weights . (what it takes off).
+
+        Of weights e, c = e_W + sum_j e_j S_j is a motion, and the sum is c . W(g, w).
+
+        Args:
+            angles, geometry, by_x: as of `jacobian`.
+            weights: of wrench and torques, shape (M, 6 + n).
+        """
+        axes, targets, force = self.closed.axes, self.closed.targets, self.force
+        e = weights[:, TWIST:]
+        _, triple, _ = nested(axes, force, 3)
+        bent = apply_last(triple, e)  # in the angles
+        c = weights[:, :TWIST] + (e[..., None] * axes).sum(axis=1)
+        # d c / d q_k = S_k x sum over m > k of e_m S_m
+        of_c = apply(motion_cross_matrix(axes), _beyond(axes, e))  # (M, n, 6)
+        _, by_wrench, in_world = self._in_x(geometry, by_x)
+        mixed = angles.swapaxes(1, 2) @ (of_c @ in_world)
+        H = (angles.swapaxes(1, 2) @ (bent @ angles) + mixed + mixed.swapaxes(1, 2)).sum(axis=0)
+        across = force_cross_matrix(targets)  # (k, 6, 6)
+        drive, count = self.closed.drive, len(targets)
+        for a in range(count):
+            row = c @ across[a]  # c . (G_a x* .)
+            turned = (row[:, None] @ (by_wrench @ by_x))[:, 0].sum(axis=0)
+            both = np.outer(drive[a] @ geometry, turned)
+            H += both + both.T
+            for b in range(a, count):
+                value = float(np.sum(row * (force @ across[b].T)))
+                pair = value * np.outer(drive[a] @ geometry, drive[b] @ geometry)
+                H += pair if a == b else pair + pair.T
+        return (of_c @ force[..., None])[..., 0], np.asarray(H)

@@ -253,8 +253,9 @@ def loop_gap(gap: pin.SE3) -> Array:
 
     Both vanish when the loop closes; the second is sin(angle) times the axis [m, 1].
     """
-    R = gap.rotation
-    return np.concatenate([gap.translation, _axial(R)])
+    twisted = gap.rotation - gap.rotation.T
+    axial = 0.5 * np.array([twisted[2, 1], twisted[0, 2], twisted[1, 0]])
+    return np.concatenate([gap.translation, axial])
 
 
 def loop_gap_jacobian(gap: pin.SE3, axes: Array) -> Array:
@@ -287,9 +288,3 @@ def loop_gap_hessian(gap: pin.SE3, axes: Array, weights: Array) -> Array:
     upper = cross(np.broadcast_to(weights[:3], w.shape), w) @ moved.T
     upper += 0.5 * (w @ N @ w.T - np.trace(N) * w @ w.T)
     return symmetric(upper)
-
-
-def _axial(matrix: Array) -> Array:
-    """Half of sum_k e_k x (column k): the vector of the skew part."""
-    twisted = matrix - matrix.T
-    return 0.5 * np.array([twisted[2, 1], twisted[0, 2], twisted[1, 0]])
