@@ -348,7 +348,6 @@ def _polished(
     """Find the extremes by Newton's method between the neighbours of dense points.
 
     Args:
-        pieces, sides: of the walk.
         steps: instants at which one begins or ends.
         numbers, points, columns: of pieces, dense points and limits, as of `_brackets`.
     """

@@ -252,7 +252,6 @@ class DoubleSupport(ABC):
         """Prepare what does not depend on the quantities.
 
         Args:
-            robot: the biped.
             hinge: about which the rear foot has turned; None: flat.
             rise: of the front foot over the rear one [m].
             landing: line of the front foot, the stance foot, on which it has landed; None: flat.
@@ -278,7 +277,6 @@ class DoubleSupport(ABC):
         """Return the posture for geometric quantities, shape (G,).
 
         Args:
-            geometry: the quantities.
             q_start: joint angles (n,); empty unless they are parameters.
 
         Raises:

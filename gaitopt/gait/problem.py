@@ -124,7 +124,6 @@ class WalkProblem(NLP):
         """Pose the program.
 
         Args:
-            robot, task: of the walk.
             grid: the task's, by default.
             layout: the task's, by default.
             neighbour: a walk whose last step is this one's too where only limits or cost differ.
@@ -513,7 +512,6 @@ def constraint_blocks(
     """Return the rows of every constraint that a task asks for, its own ones last.
 
     Args:
-        robot, task, grid: of the walk.
         names: of the constraints that are wanted; None for all.
 
     Raises:
@@ -540,7 +538,6 @@ def asked_blocks(
     """Yield the rows over each of several steps of every constraint asked for, own ones last.
 
     Args:
-        task: of the steps.
         contexts: of each of them.
         names: of the constraints that are wanted; None for all.
 

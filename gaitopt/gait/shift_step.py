@@ -224,7 +224,6 @@ class ShiftStepModel(StepModel):
         """All joints' splines in the swing; the stance leg's before it, and as the foot leaves.
 
         Args:
-            step, part: of the step.
             coefficients: derivatives of the swing's, (K, n, P); none of the rates as it begins.
         """
         T, s, n, lasts = step.duration, self.shift.share, self.layout.joints, self.along("duration")

@@ -396,7 +396,6 @@ class PostureQuantities:
         """Prepare what does not depend on the posture.
 
         Args:
-            robot: the biped.
             asked: quantities that are wanted.
             standing: the biped with a hinge under its stance foot, if that turns.
         """
@@ -426,7 +425,6 @@ class PostureQuantities:
         """Return the local derivatives of those asked for.
 
         Args:
-            placed: the bodies.
             axes: of all joints, shape (N, all, 6).
             tangent: of all joints to those that follow no other.
         """

@@ -51,7 +51,6 @@ class StepWeights:
         """Add the derivatives of a function of several quantities side by side.
 
         Args:
-            reads: the quantities.
             rows: of each of them.
             first: shape (k, entries of all).
             second: shape (k, entries of all, entries of all), None for zero.
@@ -310,7 +309,6 @@ def local_hessian(
     """Return the second derivatives in (q, dq, ddq), the foot's turn before each.
 
     Args:
-        derivatives: of the step.
         first: weights of its quantities.
         effort: second derivatives of the weighted effort.
     """

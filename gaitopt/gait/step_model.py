@@ -153,7 +153,6 @@ class StepModelBase(ABC, Generic[E]):
         """Prepare what does not depend on x.
 
         Args:
-            robot, layout, grid: of the walk.
             optional: which of the quantities that not every walk needs are to be computed.
             schedule: of the step; by default that of the paper.
             chart: of the layout's parameters in those of a walk of more than one step.
@@ -616,7 +615,6 @@ class StepModel(StepModelBase[Landing]):
         """Add what a second foot that stands takes off weighed efforts; here none does.
 
         Args:
-            step, derivatives: of the step.
             effort: weights of wrench and torques, shape (N, 6 + h + n).
             by_order: gradient in (q, dq, ddq), the foot's turn before each, (N, 3, h + n).
         """
@@ -625,7 +623,6 @@ class StepModel(StepModelBase[Landing]):
         """Return what a gradient in (q, dq, ddq) weighs on the joints' coefficients, (k + 4, n).
 
         Args:
-            step: the step.
             by_order: as of `add_front_gradient`.
         """
         return on_coefficients(self.basis, step.duration, by_order[:, :, step.hinges :])
@@ -641,7 +638,6 @@ class StepModel(StepModelBase[Landing]):
         """Return what the motion bends of the function that weights differentiate, shape (P, P).
 
         Args:
-            step, derivatives: of the step.
             local: Hessian in (q, dq, ddq) at the instants.
             by_order, effort: gradient there and weights, as of `add_front_gradient`.
         """
@@ -744,7 +740,6 @@ def cycle(
     Each is seen from its own stance foot, as its mirror image where that is the other foot.
 
     Args:
-        models: of the steps.
         x: parameters of the walk, shape (P,).
         ends: of steps that do not repeat.
 

@@ -418,7 +418,6 @@ def joined_blocks(
 
     Args:
         edges: shares at which they begin and end, shape (steps + 1,).
-        robot: the biped.
         period: what they are called together.
     """
     first, numbers = blocks[0], step_of(grid.instants, edges)

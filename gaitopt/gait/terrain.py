@@ -317,7 +317,6 @@ def sole_points(spacing: float, sole: Sole) -> Array:
 
     Args:
         spacing: largest distance between two of them [m].
-        sole: its rectangle.
     """
     count = int(np.ceil(sole.length / spacing))
     points = np.eye(_CORNERS)

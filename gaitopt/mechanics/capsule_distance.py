@@ -143,7 +143,6 @@ def distance_hessian(
     phi_qq - phi_qu phi_uu^-1 phi_uq; of the distance d it is (that - d' d'^T) / d.
 
     Args:
-        near: nearest points.
         axes: motion axes in the world of joints that move the second segment, from the base on (a
             joint turns those after it), shape (M, j, 6); zero for joints that do not.
         reversed_order: pairs of joints of which the later one turns the other, (M, j, j).
@@ -272,7 +271,6 @@ class CapsuleGaps(PostureQuantity):
         """Prepare pairs, of which the first body comes before the second.
 
         Args:
-            tree: of the robot's joints.
             pairs: of capsules.
         """
         capsules = list(dict.fromkeys(c for pair in pairs for c in pair))  # few, in many pairs
@@ -523,7 +521,6 @@ def _apart(robot: Robot, pairs: Sequence[Pair], shrunk: float) -> CapsulePairs:
     """Return pairs, of which those are kept that are apart when the robot stands.
 
     Args:
-        robot: the biped.
         pairs: of its capsules.
         shrunk: how much thinner the thinner one of them may be taken for that.
     """

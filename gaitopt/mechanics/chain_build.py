@@ -76,12 +76,7 @@ def chain_of_robot(robot: Robot) -> Chain:
 
 
 def loads_of_robot(robot: Robot, chain: Chain) -> Loads:
-    """Return what acts on the chain of a robot beside its rigid bodies.
-
-    Args:
-        robot: the robot.
-        chain: its chain.
-    """
+    """Return what acts on the chain of a robot beside its rigid bodies."""
     passive, carried = robot.physics.passive, robot.physics.carried
     none = np.zeros((chain.dof, 1))
     return Loads(

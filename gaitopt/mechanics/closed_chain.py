@@ -70,7 +70,6 @@ class ClosedChain:
         """Prepare what does not depend on the motion.
 
         Args:
-            robot: the biped.
             standing: the biped with hinges under its rear foot, if that turns.
 
         Raises:

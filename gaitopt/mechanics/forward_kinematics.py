@@ -142,7 +142,6 @@ class PostureQuantity(ABC):
         """Return it with its derivatives.
 
         Args:
-            placed: the bodies.
             axes: joint motion axes in the world, shape (N, n, 6).
         """
 

@@ -113,7 +113,6 @@ class InverseDynamicsHessian:
         as do dq and ddq; `self` has them fixed.
 
         Args:
-            motion: of the joints.
             effort: of all joints, shape (N, 6 + n).
             by_motion: its derivative in q, dq, ddq, shape (N, 6 + n, 3 n).
             weights: of wrench and free joints' torques, shape (N, 6 + m).
@@ -172,7 +171,6 @@ def inverse_dynamics_hessian(
     Args:
         inertias: world spatial inertias of the n moving bodies, shape (N, n, 6, 6).
         at: motion and lambda.
-        tree: of the joints.
     """
     count, n = at.rate.shape
     S, own = _components_first(at.axes), _components_first(inertias)

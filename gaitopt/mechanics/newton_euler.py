@@ -287,7 +287,6 @@ def link_placements(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
     """Return where the link frames R_0 to R_n lie in R0.
 
     Args:
-        chain: the chain.
         q: joint values, shape (..., n) [rad, m].
 
     Returns:
@@ -304,7 +303,6 @@ def sole_placement(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
     """Return the swing sole in the stance sole frame.
 
     Args:
-        chain: the chain.
         q: joint values, shape (..., n) [rad, m].
 
     Returns:
@@ -368,7 +366,6 @@ def inverse_dynamics(
     """Return the ground wrench and the joint torques: [R0; Gamma] = NE(q, dq, ddq, R13), Eq. (1).
 
     Args:
-        chain: the chain.
         q: joint values, shape (..., n) [rad; m if prismatic].
         dq: joint rates, shape (..., n) [rad/s; m/s].
         ddq: joint accelerations, shape (..., n) [rad/s²; m/s²].
@@ -564,11 +561,7 @@ def motor_effort(
     gravity: ArrayLike = GRAVITY,
     end_wrench: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """Return what ground and motors give where loads act as well; as of `inverse_dynamics`.
-
-    Args:
-        loads: what acts on the chain beside.
-    """
+    """Return what ground and motors give where loads act as well; as of `inverse_dynamics`."""
     R0, torque = inverse_dynamics(chain, q, dq, ddq, gravity=gravity, end_wrench=end_wrench)
     angle, rate = joint_values(chain, "q", q), joint_values(chain, "dq", dq)
     torque = torque + np.sign(rate) * _powers(loads.damping, np.abs(rate))
@@ -640,7 +633,6 @@ def impact(
     impulses of their own.
 
     Args:
-        chain: the chain.
         q: joint values, shape (..., n) [rad, m].
         v_minus: V before the impact, shape (..., 6 + n) [m/s, rad/s].
         free: twist that the swing foot keeps, about the line of it that lands, in its sole frame,
@@ -697,7 +689,6 @@ def impulse_on_foot(chain: Chain, I13: Array) -> Array:
     """Return the impulse of the ground on the landing foot in its sole frame, (..., 6).
 
     Args:
-        chain: the chain.
         I13: of `impact`.
     """
     R = chain.tool_rotation

@@ -279,7 +279,6 @@ def passive_torque(joints: PassiveJoints, q: Array, dq: Array) -> PassiveTorque:
     with the powers that MuJoCo 4 gives to damping (odd) and to springs (plain).
 
     Args:
-        joints: what they do.
         q, dq: angles and rates, shape (N, n) each [rad, rad/s].
     """
     spring, by_angle, by_angle_twice = polynomial(joints.stiffness, q - joints.rest)

@@ -165,7 +165,6 @@ class FiniteDifferenceNLP(NLP):
         """Wrap a program.
 
         Args:
-            nlp: the program.
             step: relative to the larger of a variable and its scale.
             cost_gradient_only: keep the exact gradient of the cost, and take differences for the
                 rows only.

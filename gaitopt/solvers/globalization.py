@@ -190,7 +190,6 @@ def judge(
     """Compare a trial with the prediction of a step.
 
     Args:
-        nlp: the program.
         iterate: where the step began.
         model: the local model there.
         step: the step tried.

@@ -76,7 +76,6 @@ class LagrangianHessian:
         Wright (2006), Eq. 6.20, do, takes more than twice the iterations (measured).
 
         Args:
-            evaluator: the program.
             exact: use its second derivatives if it has any.
             neighbours: exact one of a neighbour, shape (n, n), to begin with.
         """

@@ -22,7 +22,6 @@ def least_squares_multipliers(
     """Return the multipliers that come nearest to making a point stationary.
 
     Args:
-        nlp: the program.
         point: values and derivatives at the point.
         activity_tolerance: limits nearer than this may carry a multiplier.
 

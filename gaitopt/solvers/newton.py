@@ -81,8 +81,6 @@ def newton_step(nlp: NLP, evaluator: Evaluator, iterate: Iterate) -> Array | Non
     """Return the step in x (n,) from an iterate, None where there is no strict minimum near it.
 
     Args:
-        nlp: the program.
-        evaluator: of it.
         iterate: with multipliers that tell what presses.
     """
     if not nlp.has_hessian:
@@ -111,7 +109,6 @@ def is_strict_minimum(nlp: NLP, iterate: Iterate, hessian: Array) -> bool:
     """Return whether a point where the first-order conditions hold is a strict minimum.
 
     Args:
-        nlp: the program.
         iterate: the point, with multipliers.
         hessian: of the Lagrangian there in scaled variables, shape (n, n).
     """

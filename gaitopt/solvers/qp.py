@@ -67,7 +67,6 @@ def solve_qp(program: QuadraticProgram, preferred: str) -> QuadraticSolution | N
     """Solve a convex quadratic program.
 
     Args:
-        program: what to solve.
         preferred: backend asked first; the others follow in the order of `BACKENDS`.
 
     Returns:

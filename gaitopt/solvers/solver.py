@@ -53,7 +53,6 @@ class Solver(ABC):
         Whatever happens on the way is told by `Solution.status`, never by an exception.
 
         Args:
-            nlp: the program.
             start: where to begin; a point outside its bounds is moved onto them.
             on_progress: called once per iteration.
             stop: asked once per iteration; where it says True, the solver returns its best
@@ -75,7 +74,6 @@ class Solver(ABC):
         """Run the second stage from an answer of the first; where there is none, return that.
 
         Args:
-            nlp: the program.
             first: what `first_stage` found.
             on_progress: called for every iteration of the second stage.
             stop: asked after every iteration of it.
@@ -171,8 +169,6 @@ def with_least_squares_multipliers(
     then holds both goes elsewhere.
 
     Args:
-        nlp: the program.
-        point: of it.
         tolerance: on the gradient of the Lagrangian and on complementarity.
     """
     at_limits = make_iterate(nlp, point, *least_squares_multipliers(nlp, point, FEASIBILITY))

@@ -110,7 +110,6 @@ def build_model(
     """Build the local model at an iterate.
 
     Args:
-        nlp: the program.
         iterate: where; its nonzero multipliers tell which rows are believed active.
         hessian: of the Lagrangian in scaled variables, shape (n, n).
         definite: whether it is known to be positive definite.
@@ -246,7 +245,6 @@ def pose_subproblem(model: LocalModel, radius: float, penalty: float, reach: flo
     """Pose the subproblem of a trust region of this radius.
 
     Args:
-        model: the local model.
         radius: of the trust region.
         penalty: nu.
         reach: infinity norm of the longest step to expect.
@@ -283,9 +281,6 @@ def pose_correction(
     Nocedal & Wright (2006), Eq. 18.57, after Fletcher (1982).
 
     Args:
-        model: the local model.
-        posed: the subproblem already solved.
-        step: its solution.
         change: rows at the trial point less rows at the iterate, shape (m,).
         radius: of the trust region.
         penalty: nu.

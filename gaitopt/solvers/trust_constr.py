@@ -354,7 +354,6 @@ def nearest_rows(nlp: NLP, point: Point, multipliers: Array, count: int) -> Work
     """Choose the rows nearest to a limit, and all that are equalities or carry a multiplier.
 
     Args:
-        nlp: the program.
         point: where the distances are measured: margin over the 1-norm of the row's gradient,
             which is how far the variables must move, in units of their scale.
         multipliers: of the rows, shape (m,), zero where unknown.

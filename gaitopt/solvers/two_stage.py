@@ -109,7 +109,6 @@ class TwoStageSQP(Solver):
         """Keep the better answer, with the work of both.
 
         Args:
-            nlp: the program.
             before: answer of the first stage, judged before the second began: a program keeps its
                 last point, which is then still that answer's, and now is the second's.
             second: answer of the second stage.
