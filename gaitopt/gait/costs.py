@@ -874,7 +874,9 @@ class _Integral(CostFunction):
         """Return the derivatives in the quantities and in (d, T), Eqs. (50)-(57)."""
         (d, T), entries = self._travel(step), self._entries(step)
         by_entry = self.integrand.vjp(entries, (T / d * self.weights)[:, None])
-        found = {one: by_entry[:, part] for one, part in self._parts(step)}
+        found = {
+            one: by_entry[:, part] for one, part in quantities.columns(self.reads, step.values)
+        }
         if self.way == 0:
             return found
         total = self._sum(entries)
@@ -884,7 +886,7 @@ class _Integral(CostFunction):
         (d, T), entries = self._travel(step), self._entries(step)
         found: dict[Pair, Array] = {}
         second = self.integrand.hessian(entries, (T / d * self.weights)[:, None])
-        parts = self._parts(step)
+        parts = quantities.columns(self.reads, step.values)
         if self.way != 0:
             total, way = self._sum(entries), self.way
             corner = -way * total / d**2
@@ -911,15 +913,6 @@ class _Integral(CostFunction):
     def _entries(self, step: Period) -> Array:
         values = [step.read(one) for one in self.reads]
         return values[0] if len(values) == 1 else np.concatenate(values, axis=1)
-
-    def _parts(self, step: Period) -> list[tuple[Quantity, slice]]:
-        if len(self.reads) == 1:
-            return [(self.reads[0], slice(None))]
-        ends = np.cumsum([step.read(one).shape[1] for one in self.reads])
-        return [
-            (one, slice(end - step.read(one).shape[1], end))
-            for one, end in zip(self.reads, ends, strict=True)
-        ]
 
 
 @dataclass(frozen=True)

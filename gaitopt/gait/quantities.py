@@ -6,6 +6,7 @@ entry: `step.read(quantities.TORQUE)` has shape (instants, joints).
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -136,6 +137,16 @@ def quantity(name: str) -> Quantity:
         if one.name == name:
             return one
     raise InputError(f"there is no quantity '{name}'; {there_are((q.name for q in ALL), name)}")
+
+
+def columns(
+    reads: Sequence[Quantity], values: Mapping[Quantity, Array]
+) -> list[tuple[Quantity, slice]]:
+    """Return which columns each of several quantities has where they stand side by side."""
+    ends = np.cumsum([values[one].shape[1] for one in reads]).tolist()
+    return [
+        (one, slice(end - values[one].shape[1], end)) for one, end in zip(reads, ends, strict=True)
+    ]
 
 
 def typical_entries(one: Quantity, robot: Robot) -> Array:

@@ -60,15 +60,12 @@ class StepWeights:
             if second is not None:
                 self.add_second((reads[0], reads[0]), rows, second)
             return
-        ends = np.cumsum([self.first[one].shape[1] for one in reads])
-        parts = [
-            slice(end - self.first[one].shape[1], end) for one, end in zip(reads, ends, strict=True)
-        ]
-        for i, one in enumerate(reads):
-            self.first[one][rows] += first[:, parts[i]]
+        parts = quantities.columns(reads, self.first)
+        for i, (one, own) in enumerate(parts):
+            self.first[one][rows] += first[:, own]
             if second is not None:
-                for other, columns in zip(reads[i:], parts[i:], strict=True):
-                    self.add_second((one, other), rows, second[:, parts[i], columns])
+                for other, columns in parts[i:]:
+                    self.add_second((one, other), rows, second[:, own, columns])
 
     def add_second(
         self, pair: tuple[Quantity, Quantity], rows: Indices | slice, second: Array
