@@ -390,7 +390,7 @@ class WalkProblem(NLP):
                 weights.first[one] += cost_weight * first
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)
-        H = self._bent(found, weights)
+        H = self.curvature(x, weights)
         if cost_weight != 0.0:
             H = H + self._between_rows(found, cost_weight)
         self._last_hessian = x.copy(), multipliers.copy(), cost_weight, H.copy()
@@ -423,29 +423,18 @@ class WalkProblem(NLP):
             H = H + mixed + mixed.T
         return H
 
-    def _bent(self, found: _Derivatives, weights: StepWeights) -> Array:
-        """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-        if isinstance(found.whole, Step):
-            return self.curvature(found.steps[0], found.derivatives[0], weights)
-        each = split_weights(weights.first, found.steps)
-        H = self._steps_bent(found.steps, found.derivatives, each)
-        return pairs_added(H, weights, found.jacobians)
-
-    def curvature(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
-        """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-        H = self._steps_bent((step,), (derivatives,), (weights.first,))
-        return pairs_added(H, weights, derivatives.jacobians)
-
-    def _steps_bent(
-        self,
-        steps: Sequence[Step],
-        derivatives: Sequence[StepDerivatives],
-        weights: Sequence[dict[Quantity, Array]],
-    ) -> Array:
+    def curvature(self, x: Array, weights: StepWeights) -> Array:
+        """Return the Hessian at x of the function that `weights` differentiates, shape (P, P)."""
+        found = self._derivatives(x)
+        single = len(found.steps) == 1
+        each = [weights.first] if single else split_weights(weights.first, found.steps)
+        steps = found.steps, found.derivatives, each
         if closing := [one for one in self.models if isinstance(one, DoubleStepModel)]:
-            return double_cycle_hessian(closing, steps, derivatives, weights)
-        models = [one for one in self.models if isinstance(one, StepModel)]
-        return cycle_hessian(models, steps, derivatives, weights, self.given is None)
+            H = double_cycle_hessian(closing, *steps)
+        else:
+            models = [one for one in self.models if isinstance(one, StepModel)]
+            H = cycle_hessian(models, *steps, self.given is None)
+        return pairs_added(H, weights, found.jacobians)
 
     def describe(self, row: int) -> str:
         at = self.address(row)

@@ -16,6 +16,8 @@ move no body in common: their mixed derivatives vanish (derivation: docs/derivat
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 
 from gaitopt.dataclass import dataclass
@@ -57,14 +59,8 @@ class WeightedDynamics:
 
     def followed_by(self, other: WeightedDynamics) -> WeightedDynamics:
         """Return the instants of both."""
-        return WeightedDynamics(
-            *(np.concatenate(pair) for pair in zip(self._tables, other._tables, strict=True))
-        )
-
-    @property
-    def _tables(self) -> tuple[Array, ...]:
-        motion = self.posture, self.rate, self.acceleration
-        return self.axes, *motion, self.base_acceleration, self.weights
+        pairs = ((getattr(self, one.name), getattr(other, one.name)) for one in fields(self))
+        return WeightedDynamics(*map(np.concatenate, pairs))
 
 
 @dataclass(frozen=True)
