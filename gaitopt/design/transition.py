@@ -29,7 +29,7 @@ from gaitopt.errors import (
     NoGaitFoundError,
     StoppedError,
 )
-from gaitopt.gait.assemble import gait_at, limits_record, robot_record, step_arrays
+from gaitopt.gait.assemble import gait_at, limits_record, robot_record, step_gait
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.initial_guess import perturbed, transition_guess
 from gaitopt.gait.plugin import Extension
@@ -314,25 +314,11 @@ def transition_at(
         "limits": limits_record(problem),
         "task": task_record(asked.task),
     }
-    steps = []
-    for model, step in zip(problem.models, problem.steps(x), strict=True):
-        steps.append(
-            Gait(
-                **step_arrays(model, step),
-                parameters=np.zeros(0),
-                parameter_names=(),
-                joint_names=robot.joint_names,
-                mirror=model.exchange,
-                urdf=robot.urdf,
-                stance_sole=robot.stance_sole,
-                swing_sole_frame=robot.swing_sole,
-                meta=facts,
-                multibody=robot.multibody,
-            )
-        )
+    each = zip(problem.models, problem.steps(x), strict=True)
+    steps = tuple(step_gait(robot, model, step, facts) for model, step in each)
     rests = next((end for end in (asked.begin, asked.finish) if end.rests), None)
     return Transition(
-        tuple(steps),
+        steps,
         before,
         after,
         np.zeros(0) if rests is None else rests.q,

@@ -61,19 +61,15 @@ def gait_at(
         "duration": step.duration,
         **_motion(problem, whole),
     }
-    gait = Gait(
-        **step_arrays(problem.model, step),
+    gait = step_gait(
+        robot,
+        problem.model,
+        step,
+        {**facts, **meta},
         parameters=whole.x,
         parameter_names=problem.layout.names,
-        joint_names=robot.joint_names,
-        mirror=problem.model.exchange,
-        urdf=robot.urdf,
-        stance_sole=robot.stance_sole,
-        swing_sole_frame=robot.swing_sole,
-        meta={**facts, **meta},
         multipliers=None if multipliers is None else multipliers[0],
         bound_multipliers=None if multipliers is None else multipliers[1],
-        multibody=robot.multibody,
         **_foot(problem.schedule, problem.model, step, before),
     )
     if not isinstance(whole, Stride):
@@ -81,6 +77,26 @@ def gait_at(
     model, second = problem.models[1], whole.steps[1]
     own = {**step_arrays(model, second), **_foot(problem.schedule, model, second, step)}
     return replace(gait, second=replace(gait, **own))
+
+
+def step_gait(
+    robot: Robot,
+    model: StepModel | DoubleStepModel,
+    step: Step,
+    meta: Mapping[str, object],
+    **more: Any,
+) -> Gait:
+    """Return a step as a gait, without parameters unless they are among further arrays."""
+    return Gait(
+        **{"parameters": np.zeros(0), "parameter_names": (), **step_arrays(model, step), **more},
+        joint_names=robot.joint_names,
+        mirror=model.exchange,
+        urdf=robot.urdf,
+        stance_sole=robot.stance_sole,
+        swing_sole_frame=robot.swing_sole,
+        meta=meta,
+        multibody=robot.multibody,
+    )
 
 
 def step_arrays(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:

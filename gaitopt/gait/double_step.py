@@ -48,7 +48,7 @@ from gaitopt.gait.step import (
     StepDerivatives,
     gap_products,
 )
-from gaitopt.gait.step_hessian import local_gradient, local_hessian
+from gaitopt.gait.step_hessian import local_gradient, local_hessian, weighed_effort
 from gaitopt.gait.step_model import Course, Ending, Opening, StepModelBase, after_each, before_each
 from gaitopt.mechanics.closed_chain import (
     FREE,
@@ -420,9 +420,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         at, T, P, motion = derivatives.double, step.duration, self._size, derivatives.motion
         assert at is not None
         h, m = self._h, self._h + n
-        of_hinge = np.zeros((self.grid.count, h))  # its torque is part of the wrench
-        parts = [first[quantities.WRENCH], of_hinge, first[quantities.TORQUE]]
-        effort = np.concatenate(parts, axis=1)
+        effort = weighed_effort(step, first)
         gradient = local_gradient(derivatives, first, effort, h)
         chain = double.motion.axes.shape[1]
         taken, H = double.foot.hessian(
@@ -473,21 +471,6 @@ class DoubleStepModel(StepModelBase[Closing]):
         last[0, self._rates] = self.exchange.T @ rate
         back = (last[0] @ double.liftoff.jacobian[0])[h : h + self._count]
         return _bent(double.liftoff, last, at.liftoff), back
-
-    def start_hessian(
-        self, step: Step, derivatives: StepDerivatives, q_start: Array, first: dict[Quantity, Array]
-    ) -> Array:
-        """Return what the double support at the start bends, shape (P, P).
-
-        Args:
-            q_start: weights of the posture, shape (n,).
-        """
-        posture = self.boundary.hessian(
-            step.posture, derivatives.posture, q_start,
-            first[quantities.LEGS], first[quantities.GAPS],
-        )  # fmt: skip
-        own = self.layout.boundary_columns
-        return np.asarray(self.at_start.T @ posture[np.ix_(own, own)] @ self.at_start)
 
     def _closing(self, closed: ClosedMotion, weights: Array, along: Array, H: Array) -> Array:
         """Add what a closed chain bends to H; return its weights of (u, du, ddu), (M, 3, h + 6)."""
@@ -582,7 +565,8 @@ def double_cycle_hessian(
     on_end = [one.end + back for one, (_, back) in zip(ends, leaving, strict=True)]
     for (model, step, at, weighed), one, end in zip(each, ends, before_each(on_end), strict=True):
         q_start = one.start + model.exchange[model.free].T @ end
-        H += model.start_hessian(step, at, q_start, weighed)
+        start = model.start_hessian(step, at, q_start, weighed)
+        H += model.at_start.T @ start @ model.at_start
     return np.asarray((H + H.T) / 2.0)
 
 

@@ -13,7 +13,7 @@ import copyreg
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import sha256
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -115,32 +115,26 @@ def _offered(module: ModuleType, path: Path, digest: str) -> Plugin:
                 f"the plugin '{path}' has {one!r} in `constraints`; give instances of subclasses "
                 "of Constraint"
             )
-    if cost is not None and not isinstance(cost, Cost):
-        raise InputError(f"`cost` of the plugin '{path}' is {cost!r}; give an instance of a Cost")
     terrain = getattr(module, "terrain", None)
-    if terrain is not None and not isinstance(terrain, Terrain):
-        raise InputError(
-            f"`terrain` of the plugin '{path}' is {terrain!r}; give an instance of a Terrain"
-        )
+    for name, one, kind in (("cost", cost, Cost), ("terrain", terrain, Terrain)):
+        if one is not None and not isinstance(one, kind):
+            wanted = f"give an instance of a {kind.__name__}"
+            raise InputError(f"`{name}` of the plugin '{path}' is {one!r}; {wanted}")
     if not constraints and cost is None and terrain is None:
         raise InputError(
             f"the plugin '{path}' offers nothing; at module level, let `constraints` be a tuple of "
             "constraints, `cost` a cost, or `terrain` a terrain"
         )
     found = Plugin(path, digest, constraints, cost, terrain)
-    for kind in {type(one) for one in found.extensions}:
-        if kind.__module__ == module.__name__:
-            copyreg.pickle(kind, _reduced(path))  # type: ignore[arg-type]
+    for own in {type(one) for one in found.extensions}:
+        if own.__module__ == module.__name__:
+            copyreg.pickle(own, partial(_reduced, path))  # type: ignore[arg-type]
     return found
 
 
-def _reduced(path: Path) -> Callable[[Any], tuple[Callable[..., object], tuple[Any, ...]]]:
-    """Return how to pickle an instance of a class of a plugin: another process imports the file."""
-
-    def reduced(one: Any) -> tuple[Callable[..., object], tuple[Any, ...]]:
-        return _restored, (path, type(one).__qualname__, dict(vars(one)))
-
-    return reduced
+def _reduced(path: Path, one: Any) -> tuple[Callable[..., object], tuple[Any, ...]]:
+    """Pickle an instance of a class of a plugin: another process imports the file."""
+    return _restored, (path, type(one).__qualname__, dict(vars(one)))
 
 
 def _restored(path: Path, name: str, values: dict[str, object]) -> object:

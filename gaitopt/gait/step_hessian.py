@@ -145,14 +145,19 @@ def _step_gradient(
     model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
 ) -> tuple[Array, Array, Array, list[Array]]:
     """Weights of effort, (q, dq, ddq), the spline's coefficients (k + 4, n), and turns."""
-    wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
-    of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
-    effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
+    effort = weighed_effort(step, first)
     gradient = local_gradient(derivatives, first, effort, step.hinges)
     by_order = gradient.reshape(len(effort), 3, -1)
     model.add_front_gradient(step, derivatives, effort, by_order)
     on_joints = model.on_coefficients(step, by_order)
     return effort, by_order, on_joints, _turn_weights(step, derivatives, by_order)
+
+
+def weighed_effort(step: Step, first: dict[Quantity, Array]) -> Array:
+    """Return the weights of wrench, hinges and torques, shape (N, 6 + h + n)."""
+    wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
+    of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
+    return np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
 
 
 def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]) -> Array:
@@ -244,12 +249,8 @@ def _own_hessian(
         pushed = first[quantities.REAR_IMPULSE][0]
         bent = model.flat_impact.hessian(step.flat, back.after_flat, pushed)
         H += model.at_flat.T @ bent @ model.at_flat
-    posture = model.boundary.hessian(
-        step.posture, derivatives.posture, back.q_start,
-        first[quantities.LEGS], first[quantities.GAPS],
-    )  # fmt: skip
-    columns = model.layout.boundary_columns
-    H[own, own] += boundary.T @ posture[columns][:, columns] @ boundary
+    at_start = model.start_hessian(step, derivatives, back.q_start, first)
+    H[own, own] += boundary.T @ at_start @ boundary
     return H
 
 

@@ -333,6 +333,22 @@ class StepModelBase(ABC, Generic[E]):
         found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
         return found, found.q_start[:, own] @ self.at_start
 
+    def start_hessian(
+        self, step: Step, derivatives: StepDerivatives, q_start: Array, first: dict[Quantity, Array]
+    ) -> Array:
+        """Return what the double support at the start bends, in what shapes it, shape (b, b).
+
+        Args:
+            q_start: weights of the posture, shape (n,).
+            first: of the quantities.
+        """
+        H = self.boundary.hessian(
+            step.posture, derivatives.posture, q_start,
+            first[quantities.LEGS], first[quantities.GAPS],
+        )  # fmt: skip
+        own = self.layout.boundary_columns
+        return np.asarray(H[own][:, own])
+
     def turns(self, z: Array, turn_rate: float) -> list[tuple[FootTurn, Array]]:
         """Return the turns of the stance foot and what shapes each of them.
 
