@@ -142,7 +142,7 @@ def quantity(name: str) -> Quantity:
 def columns(
     reads: Sequence[Quantity], values: Mapping[Quantity, Array]
 ) -> list[tuple[Quantity, slice]]:
-    """Return which columns each of several quantities has where they stand side by side."""
+    """Return which columns each of several quantities, (N, e), has among all of them."""
     ends = np.cumsum([values[one].shape[1] for one in reads]).tolist()
     return [
         (one, slice(end - values[one].shape[1], end)) for one, end in zip(reads, ends, strict=True)
