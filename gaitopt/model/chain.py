@@ -13,6 +13,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import refuse_unsound
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics, physics_findings
+from gaitopt.model.coupling import couple
 from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings
 from gaitopt.model.joint_tree import (
     FIRST,
@@ -114,6 +115,10 @@ def build_chain(reading: ImportedRobot) -> RootedChain:
     against = reversed_joints(done.model, reading.sole_names[0])
     outward = np.array([-1.0 if name in against else 1.0 for name in tree.names])
     mirror = leg_exchange(lines.axes, outward, [tree.names.index(partner[n]) for n in tree.names])
+    try:  # a tie that no mirror leaves as it is bends the legs unequally: tell that first
+        couple(tree.names, reading.ties, mirror).exchange()
+    except RobotError as error:
+        faults = [*faults_of(error), *faults]
     try:
         physics = chain_physics(
             model, tree, mirror, lines.pelvis, reading.rotation, reading.physics

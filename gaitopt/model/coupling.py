@@ -397,7 +397,8 @@ class Coupling:
             raise RobotError(
                 f"joints that are tied have no range in common, as angles of "
                 f"'{self.free_names[row]}': {ranges}; correct the ranges or the ties in the file, "
-                "or leave all ties out: --without ties"
+                "give other ranges ([[limits]] in the file for --choices), or leave all ties out: "
+                "--without ties"
             )
         most = np.array([self._slopes(row, found)[1] for row in range(len(self.names))])
         speed = self._tightest(limits.speed / most, np.minimum)

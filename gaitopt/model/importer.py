@@ -279,10 +279,15 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         model, chain, mirror, choices.unequal_limits, right, complete, closed.armature
     )
     faults += () if faults else tuple(wrong)
-    given = (("effort", limits.torque), ("velocity", limits.speed))
-    known = {
-        (kind, n) for kind, own in given for n, v in zip(names, own, strict=True) if v < np.inf
-    }
+    at = [model.joints[joint].idx_q for joint in chain]
+    ranged = np.not_equal(
+        [model.lowerPositionLimit[at], model.upperPositionLimit[at]],
+        [whole.lowerPositionLimit[at], whole.upperPositionLimit[at]],
+    ).any(axis=0)  # by choices
+    given = {
+        "effort": limits.torque < np.inf, "velocity": limits.speed < np.inf, "range": ranged
+    }  # fmt: skip
+    known = {(kind, name) for kind, own in given.items() for name in np.array(names)[own]}
     unlooped = tuple(p for p in unlooped if (p.kind, p.name) not in known)
     asked = (choices.stance_sole, choices.swing_sole)
     sides = (asked[side], asked[1 - side])

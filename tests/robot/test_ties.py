@@ -8,6 +8,7 @@ import pytest
 from example_robots import example_robot, needs_example_robots
 from humanoids import add_arms, add_joint, add_link, edits
 from mjcf_edits import added, at, edited, together
+from synthetic_bipeds import SIX, biped_urdf
 from tied_bipeds import bent, equality, mimic, nao_like, plain_mjcf, read, tied
 from urdf_edits import edited_urdf, joint, link, set_limit
 
@@ -15,7 +16,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import Tie, tied_to, ties_to_masters
 from gaitopt.importers.reader import read_source
 from gaitopt.model.coupling import couple
-from gaitopt.model.import_options import SIDES, ImportOptions, Payload
+from gaitopt.model.import_options import SIDES, ImportOptions, LimitOverride, Payload
 from gaitopt.model.joint_limits import JointLimits
 from gaitopt.model.robot import Robot
 
@@ -84,6 +85,34 @@ def test_joints_that_follow_need_no_motor(idle):
     for field in ("torque", "speed"):
         of_both = getattr(robot.limits, field), getattr(plain.limits, field)[rows]
         np.testing.assert_array_equal(*of_both)
+
+
+def test_joints_beside_a_leg_that_follow_need_a_range():
+    """None in the file is one of no width; choices may give it, and then nobody asks for one."""
+
+    def edit(root):
+        for side, axis in (("left", "0 1 0"), ("right", "0 -1 0")):
+            add_link(root, f"{side}_rod", 0.2)
+            ends = f"{side}_hip_pitch_link", f"{side}_rod"
+            add_joint(root, f"{side}_rod", *ends, xyz="0 0 0", axis=axis)
+            mimic(root, f"{side}_rod", f"{side}_knee", multiplier=-0.5)
+            joint(root, f"{side}_rod").remove(joint(root, f"{side}_rod").find("limit"))
+
+    text = edited(biped_urdf(SIX), edit)
+    with pytest.raises(RobotError, match=r"no range in common.*give other ranges \(\[\[limits\]\]"):
+        read(text)
+    whole = (LimitOverride("*_rod", torque=9.0, speed=9.0, lower=-3.0, upper=3.0),)
+    assert said(read(text, limits=whole), "file") == []
+
+
+def test_ties_that_bend_the_legs_unequally_are_told_first():
+    def yaws(root):
+        mimic(root, "right_hip_yaw", "left_hip_yaw", multiplier=-1.0, offset=0.1)
+
+    with pytest.raises(
+        RobotError, match=r"\(1\) the ties of joints are not mirror images: .*\(2\)"
+    ):
+        Robot.from_urdf(edited_urdf(yaws))
 
 
 def test_one_actuator_turns_both_hips():
