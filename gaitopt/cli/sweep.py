@@ -253,7 +253,9 @@ def _kept(directory: Path) -> str:
     states, lost = library.states.values(), len(library.faults)
     gaits = sum(state.row is not None for state in states)
     walks = sum(state.walk is not None for state in states)
-    return f"{gaits - lost} gaits and {walks} walks to make gaits of are kept"
+    counts = (gaits - lost, "gait"), (walks, "walk")
+    told = (f"{count} {what}{'s' * (count != 1)}" for count, what in counts)
+    return f"{' and '.join(told)} to make gaits of are kept"
 
 
 def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> None:

@@ -182,7 +182,7 @@ def check_relaxation(
             )
 
 
-def failure(error: Exception, one: object) -> str:
+def failure(error: BaseException, one: object) -> str:
     """Return an exception in words, with the line of the file of a constraint or a cost, if any."""
     file = getattr(sys.modules.get(type(one).__module__), "__file__", None)
     lines = [at.lineno for at in extract_tb(error.__traceback__) if at.filename == file]
@@ -205,7 +205,7 @@ def own_code(of: object, what: str) -> Iterator[None]:
         yield
     except GaitoptError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"{what}: {failure(error, of)}") from error
 
 

@@ -598,7 +598,10 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
             "give a tuple of texts for the rows, and texts for name, unit and words"
         )
     if len({one.rows for one in block.reads}) != 1:
-        raise InputError(f"{where} reads quantities with different rows: {block.reads}")
+        raise InputError(
+            f"{where} reads {shown(block.reads)}; give quantities of the same instants, one at "
+            "least, as reads = (quantities.TORQUE,)"
+        )
     _check_instants(block, context, where)
     _check_choice(constraint, block, context, where)
     shape = (len(block.instants), len(block.labels))

@@ -7,8 +7,9 @@ they stand.
 
 from __future__ import annotations
 
-from dataclasses import field, fields
+from dataclasses import field, fields, is_dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -30,6 +31,15 @@ BASE = -1  # as parent of a joint: the floating base
 _RIGID = 1e-6  # of what makes a matrix a rotation: more is no rounding
 _SAME = 1e-12  # relative: what is left of no difference by rounding
 _LEAST = 1e-9  # relative: moments of inertia this much below what a body can have are rounding
+
+
+def protect(one: Any) -> None:
+    """Keep arrays of a dataclass, and of dataclasses in it, from being written into."""
+    for value in (getattr(one, entry.name) for entry in fields(one)):
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+        elif is_dataclass(value):
+            protect(value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +113,9 @@ class Multibody:
     tied_to: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     tie: Array = field(default_factory=lambda: np.zeros((0, 2)))
     tie_bend: Array = field(default_factory=lambda: np.zeros((0, MOST_POWER - 1)))
+
+    def __post_init__(self) -> None:
+        protect(self)
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""

@@ -25,7 +25,7 @@ from gaitopt.model.joint_limits import JointLimits
 from gaitopt.model.joint_tree import JointTree, joint_tree
 from gaitopt.model.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.model.linkage import Linkage
-from gaitopt.model.multibody import Multibody, multibody
+from gaitopt.model.multibody import Multibody, multibody, protect
 from gaitopt.model.reference_posture import posture_doubts
 from gaitopt.model.scales import Scales
 from gaitopt.model.sole import LEVEL, Sole
@@ -79,6 +79,9 @@ class Robot:
     coupling: Coupling
     linkages: tuple[Linkage, ...] = ()
     down: tuple[float, float, float] = LEVEL
+
+    def __post_init__(self) -> None:
+        protect(self)
 
     @classmethod
     @checked_arguments

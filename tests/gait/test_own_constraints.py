@@ -130,6 +130,8 @@ class Wrong(Constraint):
     scale: float = 1.0
 
     def block(self, context):
+        if self.labels == "exit":
+            sys.exit(3)
         rows = Linear(np.ones((1, self.width)))
         labels = tuple(f"row {k}" for k in range(self.labels))
         return self.over_step(context, rows, labels, lower=0.0, scale=self.scale)
@@ -148,7 +150,8 @@ class Twice(Wrong):
         (Wrong(labels=2), r"function of .* returns shape \(1, 1\) for one .*; return \(1, 2\)"),
         (Wrong(labels=-1, width="six"), "constraint 'wrong' cannot make its rows: TypeError"),
         (Wrong(scale=0.0), "scale of the constraint 'wrong' is .*; it must be above 0"),
-        (Twice(), "reads quantities with different rows"),
+        (Wrong(labels="exit"), "constraint 'wrong' cannot make its rows: SystemExit: 3"),
+        (Twice(), "give quantities of the same instants, one at least"),
     ],
 )
 def test_rows_that_do_not_fit_are_refused(robot, constraint, message):

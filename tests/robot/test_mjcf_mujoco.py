@@ -175,10 +175,12 @@ def test_memory_of_simulations_is_not_asked_for(memory):
 
 def test_bodies_beyond_all_places_are_refused():
     far = re.sub(r'<inertial pos="[^"]*"', '<inertial pos="0 0 4e10"', text(), count=1)
-    with pytest.raises(RobotError, match=r"<inertial>: its pos is '0 0 4e10'; give numbers below"):
+    with pytest.raises(
+        RobotError, match=r"<inertial>: its pos is '0 0 4e10'; its numbers must be below"
+    ):
         read_source(far)
     far = text().replace("<joint ", '<joint pos="0 2e11 0" ', 1)
-    with pytest.raises(RobotError, match=r"its pos is '0 2e11 0'; give numbers below"):
+    with pytest.raises(RobotError, match=r"its pos is '0 2e11 0'; its numbers must be below"):
         read_source(far)
 
 

@@ -174,3 +174,9 @@ def test_a_joint_is_no_sole_frame():
             urdf_text(biped13()), stance_sole="right_sole", swing_sole="left_ankle_roll",
             sole=Sole(toe=0.0, heel=-0.214, left=0.068, right=-0.068),
         )  # fmt: skip
+
+
+def test_nobody_can_write_into_what_a_robot_knows(robot):
+    for array in (robot.limits.torque, robot.mirror, robot.legs.hips, robot.multibody.mass):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0.0
