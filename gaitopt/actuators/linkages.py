@@ -282,11 +282,6 @@ class MotorAngles:
     angle: Array
     reach: Reach
 
-    @property
-    def cosine(self) -> Array:
-        """As of `Reach`."""
-        return self.reach.cosine
-
 
 def motor_angles(linkage: Linkage, joints: JointPair, q: Array) -> MotorAngles:
     """Return angles of motors and derivatives at postures (K, m) [rad]; joints matter to rods.
@@ -320,8 +315,9 @@ def check_linkage(linkage: Linkage, joints: JointPair) -> None:
     """
     where = f"linkage of {' and '.join(map(repr, linkage.joints))}"
     found = motor_angles(linkage, joints, np.zeros((1, len(linkage.joints))))
-    if linkage.rods and np.abs(found.cosine).max() >= DEAD:
-        motor = linkage.motors[int(np.abs(found.cosine).argmax())]
+    near = np.abs(found.reach.cosine)
+    if linkage.rods and near.max() >= DEAD:
+        motor = linkage.motors[int(near.argmax())]
         raise SpecError(
             f"{where}: the rod of motor '{motor}' is at its dead point where the joints are at 0: "
             "crank and rod are in line; correct the points"

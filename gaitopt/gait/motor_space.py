@@ -78,7 +78,7 @@ class DrivenJoints:
         turning = (J @ (rate[:, self.rows] * self.signs)[..., None])[..., 0]
         power = held * turning
         told = {"torque": held, "speed": turning, "power": power}
-        return {**told, "reach": at.cosine, "angle": at.angle}
+        return {**told, "reach": at.reach.cosine, "angle": at.angle}
 
     def accelerations(self, rate: Array, acceleration: Array, q: Array) -> Array:
         """Return the accelerations of the motors [rad/s² or m/s²], shape (K, m); see `values`."""

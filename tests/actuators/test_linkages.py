@@ -1,5 +1,7 @@
 """Motors that turn joints in common: exact derivatives, MuJoCo's own loops, and what is refused."""
 
+from operator import attrgetter
+
 import mujoco
 import numpy as np
 import pytest
@@ -50,13 +52,13 @@ def test_angles_of_motors_and_their_derivatives():
     assert np.abs(at.angle[1:]).min() > 0.03
 
     def read(part):
-        return lambda q: getattr(motor_angles(linkage, ANKLE, q[None]), part)[0]
+        return lambda q: attrgetter(part)(motor_angles(linkage, ANKLE, q[None]))[0]
 
     for k, q in enumerate(POSTURES):
         check_jacobian(read("angle"), at.jacobian[k], q)
         check_jacobian(read("jacobian"), at.first[k], q)
         check_jacobian(read("first"), at.second[k], q)
-        check_jacobian(read("cosine"), at.reach.first[k], q)
+        check_jacobian(read("reach.cosine"), at.reach.first[k], q)
         reach = lambda q: motor_angles(linkage, ANKLE, q[None]).reach.first[0]  # noqa: E731
         check_jacobian(reach, at.reach.second[k], q)
 
@@ -65,7 +67,7 @@ def test_beyond_the_dead_point_angles_go_on_evenly():
     """A search may pass there: no rod reaches at two radians."""
     q = np.array([[2.0, 1.5], [1.6, 0.3]])
     at = motor_angles(example(), ANKLE, q)
-    assert (np.abs(at.cosine).max(axis=1) > DEAD).all()
+    assert (np.abs(at.reach.cosine).max(axis=1) > DEAD).all()
     for part in (at.angle, at.jacobian, at.first, at.second):
         assert np.isfinite(part).all()
 
