@@ -23,6 +23,7 @@ from gaitopt.settings import checked, entry
 from gaitopt.solvers.globalization import (
     CEILING,
     FILTER_RESETS,
+    GOOD,
     LARGE_VIOLATION,
     LASTING_DECREASE,
     NEARLY_FEASIBLE,
@@ -77,6 +78,9 @@ UNBOUNDED_AFTER = 100
 variables' scale with the default radius, in radians thirty turns."""
 EARLY, EARLY_FEASIBLE = 0.03, 1e-3
 """Length of the next step and violation with which a run ends that need not arrive (measured)."""
+VENTURES, VENTURED = 5, 0.1
+"""Times that a run from a guess may take a step that is refused although the model fits, and the
+most violation that may lead to, in scaled rows (measured: docs/decisions/compiled.md)."""
 POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
@@ -199,6 +203,7 @@ class _Run:
         self.patience = Patience(STALLED_AFTER if exact else STALLED_AFTER_BFGS)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
+        self.ventures_left = 0 if iterate.multipliers.any() else VENTURES
         self.hessian = LagrangianHessian(recorder.evaluator, exact, hessian)
         self.penalty = initial_penalty(nlp, iterate, options.penalty)
         self.slack = 0.0
@@ -349,7 +354,7 @@ class _Run:
 
     def _advance(self, model: LocalModel, posed: Subproblem, step: ElasticStep) -> None:
         """Try the step, then its correction; move to the better one or shrink the region."""
-        trial = self._try(model, step, step)
+        first = trial = self._try(model, step, step)
         self.hopeful = self.exact and trial is not None and self._accepts(trial)
         if trial is not None and not self._accepts(trial):
             trial = corrected(
@@ -361,7 +366,7 @@ class _Run:
         moved = trial is not None and (
             (self._accepts(trial) and self._move(trial)) or self._polish(trial, step)
         )
-        if not moved:
+        if not (moved or self._venture(first)):
             self._unblock(trial)
             self._shrink(step.length)
 
@@ -431,6 +436,23 @@ class _Run:
             return False
         self._take(polished, trial)
         return True
+
+    def _venture(self, trial: Trial | None) -> bool:
+        """Move although cost and violation look no better, where the model fits, a few times.
+
+        The largest violation weighs all rows alike. A step towards a row that presses hard is
+        refused for what it adds to one that hardly does, and ever shorter steps crawl along that
+        (R. Chamberlain et al., "The watchdog technique for forcing convergence in algorithms for
+        constrained optimization", Mathematical Programming Study 16, 1982).
+        """
+        if trial is None or self.ventures_left == 0 or self.iterate.violation <= NEARLY_FEASIBLE:
+            return False
+        if trial.violation > VENTURED or not GOOD < trial.fit < 2.0 - GOOD:
+            return False
+        if self.by_cost or self._of_cost() is not None:
+            return False  # there is another model to try
+        self.ventures_left -= 1
+        return self._move(trial)
 
     def _accepts(self, trial: Trial) -> bool:
         return accepts(trial, self.iterate, self.nlp.cost_scale, self.filter)

@@ -168,6 +168,18 @@ class Valley(bank.Textbook):
         return 2.0 * jacobian.T @ jacobian
 
 
+def test_a_refused_step_is_taken_where_the_model_fits(robot, monkeypatch) -> None:
+    """Limits on lift-off press three hundred times as hard as those that the step exceeds."""
+    problem = WalkProblem(robot, preset_task("standard", speed=1.2))
+    start = Start(first_guess(problem))
+    solution = SQP().solve(problem, start)
+    monkeypatch.setattr(sqp, "VENTURES", 0)
+    crawling = SQP().solve(problem, start)
+    assert solution.status is crawling.status is Status.OPTIMAL
+    assert solution.cost == pytest.approx(crawling.cost, rel=1e-6)
+    assert solution.iterations < 0.75 * crawling.iterations
+
+
 def test_a_step_that_is_not_taken_is_tried_again_as_the_cost_bends() -> None:
     usual, program = bank.rosenbrock_in_disk(), Valley(**vars(bank.rosenbrock_in_disk()))
     plain, squares = (SQP(initial_radius=1.0).solve(p, Start(p.start)) for p in (usual, program))
