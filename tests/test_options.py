@@ -239,6 +239,7 @@ def test_what_is_of_another_kind_is_refused(robot, use, said):
         ),
         (lambda r: play(sample_gait(), host="a\0b"), "the host is 'a\\x00b'; give an"),
         (lambda r: Robot.from_urdf(r.urdf, stance_sole="\ud800"), "no frame named '\ud800'"),
+        (lambda r: Replanner().replan(r, Task(), deadline=np.nan), "the deadline is nan s; give"),
         (lambda r: Task(geometry=[]), "geometry is []; give a table of all quantities, as set_geo"),
     ],
 )

@@ -7,6 +7,7 @@ samples; `complete` refines and certifies it between them when there is time.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 
@@ -116,6 +117,8 @@ class Replanner:
         Raises:
             InputError: the task, the robot or the deadline cannot be.
         """
+        if deadline is not None and math.isnan(deadline):
+            raise InputError("the deadline is nan s; give seconds, or None for no deadline")
         began = time.perf_counter()
 
         def ends() -> bool:

@@ -5,4 +5,4 @@ from gaitopt.errors import MissingExtraError
 try:
     import mujoco as _  # noqa: F401  # so that one message is given, wherever it is missing
 except ImportError as error:
-    raise MissingExtraError("simulating a gait", "mujoco") from error
+    raise MissingExtraError("a gait in MuJoCo", "mujoco") from error
