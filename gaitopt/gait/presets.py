@@ -115,7 +115,10 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     if robot.tree.size > robot.tree.swing_foot:
         defaults["arm_gap"] = _shrunk(robot, ARM_GAP)
     defaults["minimum_load"] = round(LEAST_LOAD * robot.weight, 1)
-    if changes.get("toe_off") is None and changes.get("heel_strike") is None:
+    turns = {"toe_strip": changes.get("toe_off"), "heel_strip": changes.get("heel_strike")}
+    for name in (name for name, turn in turns.items() if turn is not None):
+        defaults[name] = _shrunk(robot, getattr(Task, name))
+    if turns == dict.fromkeys(turns):
         # a foot that turns about an edge leaves or lands tilted
         defaults |= _swing(robot, {**defaults, **changes})
     gap = changes.get("lateral_gap", defaults["lateral_gap"])

@@ -22,7 +22,9 @@ from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
 
 LEAST_ROUNDING = 0.02
-"""Length before an edge [m] from which on the sole's sides need few points."""
+"""Length before an edge [m] from which on the sides of a sole of 0.2 m need few points."""
+_OF_SOLE = 0.1
+"""As much, of a shorter sole's length."""
 RISE_STEP = 0.04
 """Of stairs, largest between a walk and the next that starts from it [m]."""
 _SPACING = 1.0 / 3.0
@@ -208,12 +210,12 @@ class Stairs(Terrain):
         """
         length = sole.length
         room = step - length
-        wanted = LEAST_ROUNDING if nosing is None else nosing
+        wanted = min(LEAST_ROUNDING, _OF_SOLE * length) if nosing is None else nosing
         if room < wanted:
             raise InputError(
-                f"a tread as long as a step, {step:.3f} m, is too short for a sole of "
-                f"{length:.3f} m and {wanted:g} m to the edges (nosing): at least "
-                f"{length + wanted:.3f} m; take longer steps (speed times duration), or a smaller "
+                f"a tread as long as a step, {step:.3g} m, is too short for a sole of "
+                f"{length:.3g} m and {wanted:.3g} m to the edges (nosing): at least "
+                f"{length + wanted:.4g} m; take longer steps (speed times duration), or a smaller "
                 "nosing"
             )
         rounding = room if nosing is None else nosing

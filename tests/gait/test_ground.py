@@ -32,6 +32,7 @@ from gaitopt.mechanics.spatial import upright
 from gaitopt.model.import_options import ImportOptions, Payload
 from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
+from gaitopt.model.sole import Sole
 from gaitopt.sweep.grid import parse_axis
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
@@ -339,6 +340,19 @@ def test_the_whole_swing_sole_stays_above_the_stairs(upstairs, robot):
 def test_no_stairs_are_told(changes, reason):
     with pytest.raises(InputError, match=reason):
         preset_task("standard", **changes)
+
+
+def test_small_soles_stand_on_small_treads():
+    """Stairs of a tenth of the size are refused where those of the whole size are."""
+    sole = Sole(toe=0.14, heel=-0.08, left=0.05, right=-0.05)
+    small = Sole(*(0.1 * edge for edge in (sole.toe, sole.heel, sole.left, sole.right)))
+    treads = Stairs(0.1).profile(sole, 0.25, None), Stairs(0.01).profile(small, 0.025, None)
+    assert (treads[1].begin, treads[1].length) == pytest.approx(
+        (0.1 * treads[0].begin, 0.1 * treads[0].length)
+    )
+    for rise, one, step in ((0.1, sole, 0.235), (0.01, small, 0.0235)):
+        with pytest.raises(InputError, match="too short for a sole"):
+            Stairs(rise).profile(one, step, None)
 
 
 def test_treads_shorter_than_the_sole_are_refused(robot):

@@ -88,6 +88,10 @@ def test_gaps_shrink_with_a_short_leg(robot, preset, leg, share):
     assert margins.step_width == pytest.approx(0.136 + share * (0.01 + 0.03))
     assert margins.swing_height >= 2.0 * margins.clearance
     assert preset_task(preset, sized, clearance=0.04).margins.clearance == 0.04
+    turning = preset_task(preset, sized, toe_off=0.7, heel_strike=0.1)
+    assert (turning.toe_strip, turning.heel_strip) == pytest.approx((0.01 * share,) * 2)
+    given = preset_task(preset, sized, toe_off=0.7, toe_strip=0.02)
+    assert (given.toe_strip, given.heel_strip) == (0.02, 0.01)
 
 
 @pytest.mark.parametrize("speed", [-math.inf, math.nan])
