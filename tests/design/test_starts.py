@@ -292,7 +292,7 @@ def test_bad_options_are_refused(robot, options, message):
 
 
 def test_a_path_in_place_of_the_robot_is_refused(standard_task):
-    with pytest.raises(InputError, match=r"the robot is 'robot\.urdf'; give a Robot, as Robot"):
+    with pytest.raises(InputError, match=r"robot is 'robot\.urdf'; give a Robot, as Robot"):
         design_gait("robot.urdf", standard_task)
 
 
