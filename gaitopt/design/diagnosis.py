@@ -144,7 +144,6 @@ class Suggestion(Change):
 
     @property
     def sentence(self) -> str:
-        """In words."""
         proven = "a certified" if self.options.refine else "an optimal (at its samples)"
         walk = f"{proven} walk of cost {self.cost:.5g} {self.task.cost_unit}"
         if not self.setting:

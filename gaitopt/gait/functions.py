@@ -59,7 +59,6 @@ class Linear(QuantityFunction):
         return self.matrix
 
     def hessian(self, quantity: Array, weights: Array) -> None:
-        """Return None: the rows are linear."""
         del quantity, weights
 
 
@@ -139,7 +138,6 @@ class Entries(QuantityFunction):
         return gradient
 
     def hessian(self, quantity: Array, weights: Array) -> None:
-        """Return None: the rows are linear."""
         del quantity, weights
 
 
@@ -174,7 +172,6 @@ class ByStep(QuantityFunction):
         return np.concatenate([f.vjp(q, w) for (f, q), w in parts])
 
     def hessian(self, quantity: Array, weights: Array) -> Array | None:
-        """Return the Hessians of weights . rows; None if all are zero."""
         parts = zip(self._parts(quantity), self._cut(weights), strict=True)
         found = [(q, f.hessian(q, w)) for (f, q), w in parts]
         if all(H is None for _, H in found):

@@ -368,7 +368,6 @@ class ReducedDerivatives(PostureQuantityDerivatives):
         return self._tangent.reduced(self._of_all.vjp(weights))
 
     def hessian(self, weights: Array) -> Array:
-        """Return the Hessian of sum(weights * value), weights (N, entries), (N, n, n)."""
         found, gradient = self._of_all.hessian(weights), self._of_all.vjp(weights)
         return self._tangent.reduced_twice(found, gradient)
 

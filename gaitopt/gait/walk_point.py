@@ -190,7 +190,6 @@ class WalkPoint(Point):
 
     @property
     def slopes(self) -> RowSlopes:
-        """The Jacobian for those who need few rows of it."""
         return self._slopes
 
     @cached_property
@@ -200,9 +199,7 @@ class WalkPoint(Point):
 
     @property
     def finite(self) -> bool:
-        """Whether every derivative is a finite number."""
         return bool(np.isfinite(self.gradient).all()) and self.slopes.finite
 
     def most_change(self, scale: Array, rows: Indices | None = None) -> Array:
-        """Return as of `Point`."""
         return self.slopes.most_change(scale, rows)

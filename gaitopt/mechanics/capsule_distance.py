@@ -237,11 +237,7 @@ class CapsuleGapsDerivatives(PostureQuantityDerivatives):
         return found
 
     def hessian(self, weights: Array) -> Array:
-        """Return the Hessian in q of sum(weights * gaps), weights (N, pairs), shape (N, n, n).
-
-        Pairs without weight cost nothing.
-        """
-        instants, pairs = np.nonzero(weights)
+        instants, pairs = np.nonzero(weights)  # pairs without weight cost nothing
         near = self.near.pick(pairs * len(weights) + instants)
         moving = np.flatnonzero(self.of.between[pairs].any(axis=0))
         between = self.of.between[np.ix_(pairs, moving)]
@@ -293,7 +289,6 @@ class CapsuleGaps(PostureQuantity):
         return self._gaps(self._near(placed))
 
     def derivatives(self, placed: Placements, axes: Array) -> CapsuleGapsDerivatives:
-        """Return the derivatives of the gaps."""
         near = self._near(placed)
         return CapsuleGapsDerivatives(self._gaps(near), self, near, placed, axes)
 

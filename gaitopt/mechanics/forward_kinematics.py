@@ -239,7 +239,6 @@ class Trunk(PostureQuantity):
         return np.stack([roll, pitch, yaw], axis=1)
 
     def derivatives(self, placed: Placements, axes: Array) -> TrunkDerivatives:
-        """Return the derivatives of the angles."""
         value = self.value(placed)
         _, pitch, yaw = value.T
         w = np.where(self._below, axes[:, :, 3:].swapaxes(1, 2), 0.0)
