@@ -185,12 +185,7 @@ class StrideLayout(StepsLayout):
         return (*first, *(SECOND + name for name in second), *self.shared)
 
     def index(self, name: str) -> int | None:
-        row = GEOMETRY_NAMES.index(name)
-        if row in SHARED:
-            return self._shared_index(name)
-        if not self.geometry[row].free:
-            return None
-        return self.names.index(name)
+        return self.names.index(name) if name in self.names else None
 
     @cached_property
     def others(self) -> Array:
@@ -213,17 +208,14 @@ class StrideLayout(StepsLayout):
         ]
         return self._joined(parts, np.array(means))
 
-    def _shared_index(self, name: str) -> int | None:
-        return self.begins[-1] + self.shared.index(name) if name in self.shared else None
-
     def _complete(self, number: int, chart: tuple[Array, Array]) -> None:
         layout, (matrix, offset) = self.steps[number], chart
-        lasts, yaw = (self._shared_index(_name(row)) for row in (DURATION, FOOT_YAW))
+        lasts, yaw = (self.index(_name(row)) for row in (DURATION, FOOT_YAW))
         sign = TURN_SIGNS[number] * self.turn_rate
         for name in set(layout.names) & {*_SHARED_NAMES}:
             at = layout.names.index(name)
             if name != _name(FOOT_YAW):
-                matrix[at, self._shared_index(name)] = 1.0
+                matrix[at, self.index(name)] = 1.0
                 continue
             if yaw is None:
                 offset[at] = self.yaw
@@ -265,14 +257,11 @@ def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
         changes: dict[str, dict[str, float | bool]] = {}
         moves = task.turn_rate != 0.0 and table[DURATION].free
         changes["foot_yaw"] = {"free": yaw.free or moves, "value": yaw.value + sign * turn}
-        turned = 0.5 * sign * turn
-        changes["pelvis_yaw"] = {
-            name: getattr(pelvis, name) + turned for name in ("lower", "upper", "value")
-        }
         # On a slope across upright is against the vertical, not against the ground.
-        changes["pelvis_roll"] = {
-            name: getattr(roll, name) + sign * across for name in ("lower", "upper", "value")
-        }
+        for moved, by in ((pelvis, 0.5 * sign * turn), (roll, sign * across)):
+            changes[moved.name] = {
+                end: getattr(moved, end) + by for end in ("lower", "upper", "value")
+            }
         if spacing.free and wider > 0.0:
             changes["foot_spacing"] = {**out}
         own = set_geometry(table, changes)
@@ -383,14 +372,11 @@ def split_weights(
     weights: dict[Quantity, Array], steps: Sequence[Step]
 ) -> list[dict[Quantity, Array]]:
     """Return the weights of each step's quantities, of those of all steps, (K, entries) each."""
-    found = []
-    for k, step in enumerate(steps):
-        rows = {
-            what: slice(begin, begin + len(step.read(what)))
-            for what in quantities.ALL
-            for begin in [sum(len(before.read(what)) for before in steps[:k])]
-        }
-        found.append({what: weights[what][rows[what]] for what in quantities.ALL})
+    found: list[dict[Quantity, Array]] = [{} for _ in steps]
+    for what in quantities.ALL:
+        ends = np.cumsum([len(step.read(what)) for step in steps])
+        for own, part in zip(found, np.split(weights[what], ends)[:-1], strict=True):
+            own[what] = part
     return found
 
 
