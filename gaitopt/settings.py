@@ -391,7 +391,7 @@ def checked_arguments(function: Function) -> Function:
 
     The error is an `OptionError`, a TypeError too.
     """
-    signature = inspect.signature(function)
+    signature, of = inspect.signature(function), function.__qualname__.removesuffix(".__init__")
 
     @wraps(function)
     def call(*args: Any, **values: Any) -> Any:
@@ -402,9 +402,9 @@ def checked_arguments(function: Function) -> Function:
             wrong = next((name for name in values if name not in names), None)
             hint = did_you_mean(wrong, names) if wrong else ""
             raise OptionError(
-                f"{function.__name__}: {error}; {hint}its arguments are {', '.join(names)}"
+                f"{of}: {error}; {hint}its arguments are {', '.join(names)}"
             ) from None
-        _refuse_kinds(function.__name__, _argument_kinds(function), given)
+        _refuse_kinds(of, _argument_kinds(function), given)
         return function(*args, **values)
 
     return cast("Function", call)

@@ -22,7 +22,7 @@ from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of,
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import SpecError, did_you_mean
 from gaitopt.importers.text_files import parse_toml, read_text
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked_arguments, plain
 from gaitopt.units import read_quantity
 
 Read = Callable[[BipedSpec], float]
@@ -188,7 +188,7 @@ def changed(spec: BipedSpec, changes: Mapping[str, Any]) -> BipedSpec:
         SpecError: there is none of that name, or the changed biped is not physical.
     """
     table: dict[str, Any] = {}
-    for path, value in changes.items():
+    for path, value in plain(dict(changes)).items():
         *parents, key = path.split(".")
         inner = table
         for name in parents:

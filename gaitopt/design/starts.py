@@ -101,7 +101,7 @@ def design_gait(
     task = task or preset_task(robot=robot)
     foreign = foreign_margins(robot, task)
     if foreign is not None:
-        warnings.warn(foreign, stacklevel=2)
+        warnings.warn(foreign, stacklevel=3)  # whoever called it, past the check of arguments
 
     def designed(task: Task, start: Array | Gait | None, options: DesignOptions | None) -> Design:
         count = starts if starts is not None else COUNT if start is None else 1

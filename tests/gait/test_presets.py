@@ -57,10 +57,11 @@ def test_margins_of_the_biped_are_told_to_another_robot(foreign):
     assert f"weighs {foreign.weight:.0f} N" in said
     assert 'preset_task("humanoid", robot, speed=0.7)' in said
     with (
-        pytest.warns(UserWarning, match="those of the thirteen-link biped"),
+        pytest.warns(UserWarning, match="those of the thirteen-link biped") as told,
         pytest.raises(NoGaitFoundError),
     ):
         design_gait(foreign, preset_task(torque_limit=1.0), QUICK, starts=1)
+    assert told[0].filename == __file__  # the line that asked for the walk
 
 
 def test_nothing_is_said_where_they_fit(robot, foreign):

@@ -59,6 +59,12 @@ def test_boxes_and_centres_of_mass_follow_a_length() -> None:
     assert changed(SPEC, {"leg": 0.72}).geometry.hip_height == pytest.approx(0.105 + 0.72)
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float64, np.int64])
+def test_numbers_of_numpy_are_numbers(kind: type) -> None:
+    for name in ("trunk mass", "links.torso.mass"):
+        assert changed(SPEC, {name: kind(45)}) == changed(SPEC, {name: 45.0})
+
+
 def test_a_given_inertia_follows_as_that_of_the_body_stretched() -> None:
     shin = SPEC.links.shin
     given = replace(shin, inertia=box_inertia(shin.mass, shin.size))
