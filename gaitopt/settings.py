@@ -417,7 +417,10 @@ def _check_kinds(kind: type, one: object) -> None:
 
 def _refuse_kinds(of: str, hints: Mapping[str, Any], values: Mapping[str, object]) -> None:
     for name, hint in hints.items():
-        if name in values and not _fits(plain(value := values[name]), hint):
+        kinds = get_args(hint) if isinstance(hint, UnionType) else (hint,)
+        if name not in values or type(value := values[name]) in kinds:  # as nearly all are
+            continue
+        if not _fits(plain(value), hint):
             raise OptionError(f"{of}: {name} is {shown(value)}; give {_said(hint)}")
 
 

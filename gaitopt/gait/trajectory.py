@@ -542,6 +542,17 @@ class StepSequence(Trajectory):
     def changes(self) -> Array:
         return self._ends
 
+    @checked_arguments
+    def advance(self, step: int) -> pin.SE3:
+        """Return the placement in the world of the sole that stands in a step, from step 0.
+
+        Raises:
+            InputError: there is no such step.
+        """
+        if not 0 <= step < len(self.phases):
+            raise InputError(f"there is no step {shown(step)} of {len(self.phases)}; count from 0")
+        return super().advance(step)
+
     @property
     def _reach(self) -> str:  # type: ignore[override]  # a constant of others
         return f"this motion must be from 0 to {self.period:.6g} s"

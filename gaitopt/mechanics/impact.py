@@ -613,7 +613,7 @@ class _StandingImpact:
         self._model.gravity = pin.Motion.Zero()
         self._data = self._model.createData()
         self._q, self._v = pin.neutral(self._model), np.zeros(self._model.nv)
-        self._dynamics = cached_workspace(robot, DynamicsHessian)
+        self._robot = robot
 
     def _bent(
         self, at: FlatJump | ClosedJump, axes: Array, base: Array, weights: Array
@@ -621,7 +621,8 @@ class _StandingImpact:
         """Second derivatives of weights . D [base; jump], base (6,), weights (6 + n,)."""
         still = np.zeros(at.jump.shape)
         tables = axes, at.posture, still, at.jump, base, weights
-        return self._dynamics.of(WeightedDynamics(*(table[None] for table in tables)))
+        dynamics = cached_workspace(self._robot, DynamicsHessian)  # of the thread that asks
+        return dynamics.of(WeightedDynamics(*(table[None] for table in tables)))
 
 
 class FlatImpact(_StandingImpact):

@@ -194,6 +194,17 @@ def test_mujocos_inverse_dynamics_agrees(found):
     assert mujocos_torques(trajectory, times) < 1e-9
 
 
+def test_steps_that_a_transition_has_not_are_refused():
+    trajectory = from_rest().transition.trajectory
+    count = len(trajectory.phases)
+    at_its_end = trajectory.at(trajectory.period)
+    place = trajectory.advance(count - 1).homogeneous
+    assert place == pytest.approx(at_its_end.sole[0, at_its_end.standing[0]], abs=1e-9)
+    for step in (-1, count):
+        with pytest.raises(InputError, match=f"there is no step {step} of {count}"):
+            trajectory.advance(step)
+
+
 def test_certificate_tells_of_a_beginning_that_is_none():
     result = from_rest()
     moved = replace(result.problem.transition.begin, rate=np.full(12, 1e-3))
