@@ -219,7 +219,7 @@ def test_what_is_no_gait_is_refused(use, tmp_path, monkeypatch):
         (lambda r: Replanner().replan(r, Task(), stop=3), "stop is 3; give a function"),
         (lambda r: WalkProblem(r), "WalkProblem: missing a required argument: 'task'; its arg"),
         (lambda r: WalkProblem(r, Task(), 3), "grid is 3; give Grid or None"),
-        (lambda r: page_text(sample_gait(), 6, "x"), "give a tuple or a list of texts"),
+        (lambda r: page_text(sample_gait(), 6, "x"), "give a tuple or a list of texts or paths"),
         (lambda r: page_text(sample_gait(), 6, (None,)), "give a tuple or a list of texts"),
         (lambda r: WeightedSum((3,)), "WeightedSum: terms is (3,); give a tuple or a list"),
         (lambda r: Task(geometry="ab"), "Task: geometry is 'ab'; give a tuple or a list of G"),

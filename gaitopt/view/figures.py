@@ -6,7 +6,7 @@ Motion as stick figures (Figs. 4 and 9), ground force and friction (Fig. 5), cen
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -605,7 +605,7 @@ def _drawings(gait: Gait | Transition) -> dict[str, Callable[[Any], Figure]]:
 def write_figures(
     gait: Gait | Transition,
     directory: str | Path,
-    formats: tuple[str, ...] = ("png",),
+    formats: Collection[str] = ("png",),
     names: Sequence[str] | None = None,
 ) -> list[Path]:
     """Write figures of a gait or a transition to a directory, made if it does not exist.

@@ -208,7 +208,7 @@ def write_page(
     gait: Gait | Transition,
     path: str | Path,
     steps: int = DEFAULT_STEPS,
-    package_dirs: tuple[str, ...] = (),
+    package_dirs: tuple[str | Path, ...] = (),
 ) -> Path:
     """Write a page with the robot walking, complete in one file.
 
@@ -234,7 +234,7 @@ def write_page(
 
 @checked_arguments
 def page_text(
-    gait: Gait | Transition, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, ...] = ()
+    gait: Gait | Transition, steps: int = DEFAULT_STEPS, package_dirs: tuple[str | Path, ...] = ()
 ) -> Page:
     """Return the text of the page of `write_page`; a notebook shows it.
 
@@ -243,7 +243,7 @@ def page_text(
         RobotError: the robot cannot be drawn.
     """
     recorder = RecordingWindow()
-    scene = build_scene(Node(recorder), gait, steps, package_dirs)
+    scene = build_scene(Node(recorder), gait, steps, tuple(map(str, package_dirs)))
     return gait_page(gait, scene, recorder.text(), steps)
 
 

@@ -17,6 +17,7 @@ import threading
 import warnings
 import webbrowser
 from collections.abc import Mapping
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -301,7 +302,7 @@ def play(
     steps: int = DEFAULT_STEPS,
     *,
     open_browser: bool = True,
-    package_dirs: tuple[str, ...] = (),
+    package_dirs: tuple[str | Path, ...] = (),
     host: str = LOCAL,
     port: int | None = None,
 ) -> Player:
@@ -322,7 +323,9 @@ def play(
     """
     player = Player(SceneServer(host, port))
     try:
-        scene = build_scene(Node(player.server), gait, steps, package_dirs, whole=True)
+        scene = build_scene(
+            Node(player.server), gait, steps, tuple(map(str, package_dirs)), whole=True
+        )
         player.note = scene.shapes.note
     except BaseException:
         player.close()

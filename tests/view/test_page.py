@@ -7,6 +7,7 @@ import re
 import subprocess
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.view.animation import build_scene
 from gaitopt.view.figures import FIGURES, write_figures
 from gaitopt.view.page import _prices, curves, details, headline, page_text, write_page
+from gaitopt.view.scene_server import play
 from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
 FLAGS = (
@@ -135,6 +137,21 @@ def test_lost_meshes_are_told_and_the_robot_is_drawn_without_them():
     blank = re.sub(r"<visual>.*?</visual>", mesh, sample_gait().urdf, flags=re.S)
     bones = page_text(replace(sample_gait(), urdf=blank), steps=1)
     assert "its package (--package-dir). The robot is drawn as a skeleton" in bones
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_meshes_are_found_in_directories_of_packages(kind, tmp_path):
+    corners = "".join(f"vertex {place}\n" for place in ("0 0 0", "0.1 0 0", "0 0.1 0"))
+    (tmp_path / "near").mkdir()
+    (tmp_path / "near" / "a.stl").write_text(
+        f"solid a\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid a\n"
+    )
+    mesh = '<visual><geometry><mesh filename="package://near/a.stl"/></geometry></visual>'
+    gait = replace(sample_gait(), urdf=sample_gait().urdf.replace("</link>", mesh + "</link>", 1))
+    assert "was not found" in page_text(gait, steps=1)
+    assert "was not found" not in page_text(gait, 1, (kind(tmp_path),))
+    with play(gait, 1, open_browser=False, package_dirs=(kind(tmp_path),), port=0) as player:
+        assert "was not found" not in player.note
 
 
 async def screenshot(page, fragment, folder):
