@@ -35,6 +35,7 @@ from gaitopt import (
     export_transition,
     load_gait,
     many_starts,
+    margin,
     page_text,
     play,
     preset_task,
@@ -278,6 +279,15 @@ def test_every_argument_of_a_public_function_is_checked(name):
         values = {one.name: object() for one in needed if one.default is one.empty}
         with pytest.raises(OptionError, match=f"{name}: {needed[0].name} is <object"):
             function(**{needed[0].name: object(), **values})
+
+
+def test_lists_of_any_kind_are_lists():
+    names = list(sample_gait().joint_names)
+    once = motion(sample_gait(), 50.0, joints=names)
+    for joints in (dict.fromkeys(names), dict.fromkeys(names).keys(), np.array(names)):
+        assert motion(sample_gait(), 50.0, joints=joints).joint_names == once.joint_names
+    relax = np.array([0.5, 0.1])
+    assert margin(0.2, "", relax=relax).metadata == margin(0.2, "", relax=(0.5, 0.1)).metadata
 
 
 def test_parameters_of_any_kind_of_numbers_are_those_parameters(sampled_design):

@@ -87,7 +87,7 @@ def margin(
         sine: whether it is the sine of an angle, so that an option takes degrees too.
         shown: other attributes of the option, as in `gaitopt.settings.Setting`, and its bounds.
     """
-    declared = Margin(words, unit, *(relax or ()))
+    declared = Margin(words, unit, *(() if relax is None else relax))
     shown = {"limit": default is None, **shown}
     return field(
         default=default,

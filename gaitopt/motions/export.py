@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -627,7 +627,7 @@ def export(
     format: str | None = None,  # noqa: A002  # as on the command line
     rate: float | None = None,
     strides: float | None = None,
-    joints: str | Sequence[str] | None = None,
+    joints: str | Collection[str] | None = None,
 ) -> Path:
     """Write a gait for a controller, an engine or a learner, atomically.
 
@@ -683,7 +683,7 @@ def export_transition(
     *,
     format: str,  # noqa: A002
     rate: float | None = None,
-    joints: str | Sequence[str] | None = None,
+    joints: str | Collection[str] | None = None,
 ) -> Path:
     """Write a transition as a motion, with what it leads from and to, atomically.
 
@@ -707,7 +707,7 @@ def export_library(
     format: str,  # noqa: A002
     rate: float | None = None,
     strides: float | None = None,
-    joints: str | Sequence[str] | None = None,
+    joints: str | Collection[str] | None = None,
 ) -> Path:
     """Write every gait of a library in one form, and a table of what is where.
 
@@ -763,7 +763,7 @@ def _content(
     form: MotionFormat,
     rate: float | None,
     strides: float | None,
-    joints: str | Sequence[str] | None,
+    joints: str | Collection[str] | None,
 ) -> bytes:
     if not form.sampled and (rate is not None or strides is not None):
         raise InputError(

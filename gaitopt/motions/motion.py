@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 
@@ -86,7 +86,7 @@ class RobotOrder:
     body: Multibody
     text: str
 
-    def rows(self, order: str | Sequence[str]) -> tuple[int, ...]:
+    def rows(self, order: str | Collection[str]) -> tuple[int, ...]:
         """Return the joints of an order, as rows of the joints of the robot.
 
         Args:
@@ -128,7 +128,7 @@ class RobotOrder:
         """Return where the joints of bodies sit in the frames of the file [m], (bodies, 3)."""
         return np.array([self._joint(b - 1).anchor if b else _ORIGIN for b in bodies])
 
-    def _names(self, order: str | Sequence[str]) -> list[str]:
+    def _names(self, order: str | Collection[str]) -> list[str]:
         if not isinstance(order, str):
             return [str(name) for name in order]
         known: dict[str, Callable[[], Sequence[str]]] = {
@@ -336,7 +336,7 @@ def motion(
     gait: Gait | Transition,
     rate: float,
     strides: float = 1.0,
-    joints: str | Sequence[str] = "gait",
+    joints: str | Collection[str] = "gait",
 ) -> Motion:
     """Return a gait, or a transition with what it leads from and to, sampled at a fixed rate.
 
