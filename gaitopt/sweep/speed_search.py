@@ -35,7 +35,8 @@ class Fastest:
 
     Attributes:
         design: the gait, designed as any other.
-        refused: the next speed tried, at which there was none [m/s]; infinite if there is none yet.
+        refused: the least faster speed tried, at which there was none [m/s]; infinite if there is
+            none yet.
         binding: the constraints at their limits in that gait, in words.
         interrupted: whether Ctrl-C ended the search, so that faster walks were left untried.
     """
@@ -95,7 +96,8 @@ def fastest(
     options = options or DesignOptions()
     first = many_starts(robot, task_at(speed), options, stop=stop).design
     quick = replace(options, solver=options.solver.limited(MAX_ITERATIONS), diagnose=False)
-    search = _Search(robot, task_at, quick, on_try or (lambda _speed, _found: None), stop, first)
+    tell = on_try or (lambda _speed, _found: None)
+    search = _Search(robot, task_at, quick, tell, stop, first, [])
     interrupted = first.solution.status is Status.INTERRUPTED
     try:
         search.on_try(speed, first)
@@ -103,12 +105,14 @@ def fastest(
             search.run(resolution)
     except StoppedError:
         interrupted = True
-    return Fastest(search.best, search.refused, binding(search.best), interrupted)
+    best = search.best
+    refused = min((v for v in search.without if v > best.problem.task.speed), default=math.inf)
+    return Fastest(best, refused, binding(best), interrupted)
 
 
 @dataclass
 class _Search:
-    """The fastest walk so far, the least speed above it at which there was none, what to try."""
+    """The fastest walk so far, all speeds without one, the least that it does not lead to."""
 
     robot: Robot
     task_at: Callable[[float], Task]
@@ -116,6 +120,7 @@ class _Search:
     on_try: OnTry
     stop: Stop
     best: Design
+    without: list[float]
     refused: float = math.inf
 
     def run(self, resolution: float) -> None:
@@ -136,6 +141,7 @@ class _Search:
                 found = self._from_best(self.task_at(speed))
                 if found is None:
                     self.refused = speed
+                    self.without.append(speed)
                 else:
                     self.best = found
                 self.on_try(speed, found)
@@ -154,6 +160,7 @@ class _Search:
                 self.best, self.refused = found, math.inf
                 return True
             self.refused = min(self.refused, speed)
+            self.without.append(speed)
         return False
 
     def _from_best(self, task: Task) -> Design | None:
