@@ -503,6 +503,6 @@ def _fits(value: Any, hint: Any) -> bool:
         return False
     if kind is tuple and parts and parts[-1] is not ...:
         return len(value) == len(parts) and all(map(_fits, value, parts))
-    if kind in _LISTS and parts and isinstance(value, tuple | list):
+    if kind in _LISTS and parts and isinstance(value, Collection):
         return all(_fits(one, parts[0]) for one in value)
     return kind is not Mapping or all(_fits(one, parts[1]) for one in value.values() if parts)

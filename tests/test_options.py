@@ -201,6 +201,7 @@ def test_what_is_no_gait_is_refused(use, tmp_path, monkeypatch):
         (lambda r: many_starts(r, count=2.5), "count is 2.5; give a whole number"),
         (lambda r: many_starts(r, seed="a"), "seed is 'a'; give a whole number"),
         (lambda r: compare_solvers(r, Task(), [3]), "give a list of texts or Solver"),
+        (lambda r: compare_solvers(r, Task(), {3}), "give a list of texts or Solver"),
         (lambda r: Replanner().replan(r, Task(), deadline="1"), "is '1'; give a number or None"),
         (lambda r: certify(3, np.zeros(2)), "problem is 3; give a WalkProblem"),
         (lambda r: Task().with_margins(3), "margins is 3; give a table by name"),

@@ -6,7 +6,7 @@ Several solvers can be compared by one walk: what each found, judged alike, and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING
 
@@ -222,7 +222,7 @@ COMPARED = ("sqp", "slsqp", "ipopt")
 def compare_solvers(
     robot: Robot,
     task: Task | None = None,
-    solvers: Sequence[str | Solver] = COMPARED,
+    solvers: Collection[str | Solver] = COMPARED,
     *,
     start: Array | Gait | None = None,
     on_progress: MakeProgress | None = None,

@@ -606,7 +606,7 @@ def write_figures(
     gait: Gait | Transition,
     directory: str | Path,
     formats: Collection[str] = ("png",),
-    names: Sequence[str] | None = None,
+    names: Collection[str] | None = None,
 ) -> list[Path]:
     """Write figures of a gait or a transition to a directory, made if it does not exist.
 
