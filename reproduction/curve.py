@@ -79,7 +79,7 @@ def cost_curve(
     """
     curve: Curve = {}
     for problem in problems:
-        starts = [x for v, x in (known or {}).items() if v == problem.task.speed]
+        starts = [Start(x) for v, x in (known or {}).items() if v == problem.task.speed]
         keep_best(curve, problem, starts or _guesses(problem))
     moved = True
     while moved:
@@ -87,7 +87,7 @@ def cost_curve(
         for order in (problems, problems[::-1]):
             for before, after in pairwise(order):
                 if before.task.speed in curve:
-                    keep_best(curve, after, [curve[before.task.speed].solution.x])
+                    keep_best(curve, after, [_from(curve[before.task.speed])])
         moved = _fell(costs, _costs(curve))
     return dict(sorted(curve.items()))
 
@@ -101,15 +101,15 @@ def warm_curve(problems: Sequence[WalkProblem], near: Mapping[float, Array]) -> 
     """
     curve: Curve = {}
     for problem in problems:
-        keep_best(curve, problem, [near[problem.task.speed]])
+        keep_best(curve, problem, [Start(near[problem.task.speed])])
     return curve
 
 
-def keep_best(curve: Curve, problem: WalkProblem, starts: Iterable[Array]) -> None:
+def keep_best(curve: Curve, problem: WalkProblem, starts: Iterable[Start]) -> None:
     """Solve from each start; keep a walk that is better than the one at hand."""
     speed = problem.task.speed
-    for x in starts:
-        solution = SOLVER.solve(problem, Start(stepped(problem, x)))
+    for start in starts:
+        solution = SOLVER.solve(problem, replace(start, x=stepped(problem, start.x)))
         if is_walk(solution) and (speed not in curve or solution.cost < curve[speed].cost):
             curve[speed] = Optimum(problem, solution)
 
@@ -126,19 +126,23 @@ def stepped(problem: WalkProblem, x: Array) -> Array:
     return start
 
 
-def _guesses(problem: WalkProblem) -> list[Array]:
+def _guesses(problem: WalkProblem) -> list[Start]:
     """Return where a single design starts: the first guess, and a slower walk from its own."""
     slower = WalkProblem(
         problem.robot, replace(problem.task, speed=SLOWER * problem.task.speed), problem.grid
     )
     found: Curve = {}
     keep_best(found, slower, _first_guess(slower))
-    return [*_first_guess(problem), *(walk.solution.x for walk in found.values())]
+    return [*_first_guess(problem), *map(_from, found.values())]
 
 
-def _first_guess(problem: WalkProblem) -> list[Array]:
+def _from(walk: Optimum) -> Start:
+    return Start(walk.solution.x, walk.solution.multipliers)
+
+
+def _first_guess(problem: WalkProblem) -> list[Start]:
     try:
-        return [first_guess(problem)]
+        return [Start(first_guess(problem))]
     except EvaluationError:
         return []
 

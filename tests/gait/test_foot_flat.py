@@ -253,7 +253,7 @@ def test_joints_that_follow_others_are_refused_with_advice():
 
 def test_what_robots_numbers_are_worth_is_not_told(found):
     with pytest.raises(InputError, match="--foot-flat"):
-        sensitivities(found.problem, found.solution.x, found.certificate.multipliers[0])
+        sensitivities(found.problem, found.solution.x, found.certificate.multipliers)
 
 
 def test_only_a_foot_that_turns_comes_to_lie_flat_so():
