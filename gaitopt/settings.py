@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import MISSING, field, fields
-from functools import cached_property, lru_cache, wraps
+from functools import cache, cached_property, lru_cache, wraps
 from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
@@ -424,14 +424,14 @@ def _refuse_kinds(of: str, hints: Mapping[str, Any], values: Mapping[str, object
             raise OptionError(f"{of}: {name} is {shown(value)}; give {_said(hint)}")
 
 
-@lru_cache(maxsize=64)
+@cache  # there are as many as the program has
 def _hints(kind: type) -> dict[str, Any]:
     """Return of which kinds the values of the fields may be."""
     hints = get_type_hints(kind)
     return {one.name: hints[one.name] for one in fields(kind)}
 
 
-@lru_cache(maxsize=64)
+@cache  # there are as many as the program has
 def _argument_kinds(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the same of arguments, but for kinds that type checkers alone know."""
     hints = dict[str, Any]()
