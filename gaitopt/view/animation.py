@@ -267,11 +267,11 @@ def _scene(
     shapes = robot_shapes(gait, package_dirs) if drawn is None else drawn
     hips = hip_height(body, samples)
     force_scale = _force_scale(samples, hips)
+    ground, gap = ground_of(gait), 0.0 if other is None else _GAP * hips
     if new:
-        _prepare(viewer, hips)
+        _prepare(viewer, hips, climbs=ground.shaped and ground.rise * gait.step_length > 0.0)
     viewer[_WORLD].set_transform(pin.SE3(upright(body.gravity), np.zeros(3)).homogeneous)
     world = viewer[_WORLD]["along"]  # x runs along the ground, on a slope too
-    ground, gap = ground_of(gait), 0.0 if other is None else _GAP * hips
     if ground.shaped:
         _draw_profile(world["ground"], ground, gait.step_length, steps, gap)
     elif new:
@@ -329,9 +329,14 @@ def draw_robot(
 
 
 def hip_height(body: Multibody, samples: TrajectorySamples) -> float:
-    """Return the height of the hips at the beginning of a walk [m]: the size of the robot."""
+    """Return the height of the hips at the beginning of a walk [m]: the size of the robot.
+
+    Knees that bend much, as on stairs, make no small robot: it is at least the length of a leg.
+    """
     places = body.placements(samples.configuration[:1])[0]
-    return float(np.mean([places[body.leg(foot)[-1] + 1, 2, 3] for foot in (0, 1)]))
+    legs = np.array([places[np.array(body.leg(foot)) + 1, :3, 3] for foot in (0, 1)])
+    reach = np.linalg.norm(np.diff(legs, axis=1), axis=-1).sum(axis=1)
+    return float(max(legs[:, -1, 2].mean(), reach.mean()))
 
 
 def _force_scale(samples: TrajectorySamples, hips: float) -> float:
@@ -344,12 +349,14 @@ def _force_scale(samples: TrajectorySamples, hips: float) -> float:
     )
 
 
-def _prepare(viewer: Node, hips: float) -> None:
+def _prepare(viewer: Node, hips: float, climbs: bool) -> None:
     viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
     viewer["/Background"].set_property("bottom_color", [0.80, 0.84, 0.88])
     for name in ("/Axes", "/Grid"):  # they would not move with the world
         viewer[name].set_property("visible", False)
-    viewer["/Cameras/default/rotated/<object>"].set_property("position", [hips * c for c in CAMERA])
+    ahead, up, right = CAMERA
+    place = [-ahead if climbs else ahead, up, right]  # stairs hide feet from where they lead
+    viewer["/Cameras/default/rotated/<object>"].set_property("position", [hips * c for c in place])
 
 
 def _draw_ground(node: Node) -> None:

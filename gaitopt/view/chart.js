@@ -1,5 +1,8 @@
 const SVG = "http://www.w3.org/2000/svg";
 const WIDE = 300, HIGH = 150, LEFT = 46, RIGHT = 8, TOP = 8, BOTTOM = 20;  // of a panel, in units
+const END = 1e-6;  // of a period: this near to its end is its end, not the beginning of the next one
+const EDGE = 5e-4;  // of a period: a panel's edges are this far within it, where no impact is
+const SLIP = 6;  // pixels that a finger moves aside before it drags
 const FAR = 1.5;  // a limit this many times the largest value would flatten the curves
 function element(parent, name, attributes = {}, text = "") {
   const svg = ["svg", "path", "line", "rect", "text", "circle", "g"].includes(name);
@@ -18,6 +21,10 @@ function ticks(low, high) {  // three to six round numbers between
 }
 function release(event) {  // after a mouse, the space bar is to play again, not to press once more
   if (event.detail > 0) event.currentTarget.blur();
+}
+function press(button, on) {  // as one of several that are on or off
+  button.classList.toggle("on", on);
+  button.setAttribute("aria-pressed", on);
 }
 function known(value) { return !Number.isNaN(value); }
 function opened(panel) {  // with arrays in the place of texts
@@ -39,14 +46,14 @@ function calm(low, high, [from, to]) {  // an axis that has room stands still wh
 // One panel: lines over time, or y over x where a line has x; a cursor that follows the walk.
 class Panel {
   constructor(parent, curves, panel, on) {
-    const box = element(parent, "figure", { class: "panel", tabindex: 0 });
+    const name = `${panel.title} in ${panel.unit}`;
+    const box = element(parent, "figure", { class: "panel", tabindex: 0, "aria-label": name, title: name });
     const head = element(box, "figcaption");
     element(head, "b", {}, panel.title);
     element(head, "span", {}, " " + panel.unit);
     this.told = element(head, "span", { class: "told" });
     const svg = element(box, "svg", {
-      viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img",
-      "aria-label": `${panel.title} in ${panel.unit}` });
+      viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img", "aria-label": name });
     this.back = element(svg, "g");
     this.curves = panel.lines.map(line => element(svg, "path", { class: "curve " + line.side }));
     this.points = Boolean(panel.lines[0].x);
@@ -58,11 +65,23 @@ class Panel {
       const seek = event => {
         const at = svg.getBoundingClientRect();
         const x = (event.clientX - at.left) / at.width * WIDE;
-        on.seek(Math.max(0, Math.min(1, (x - LEFT) / (WIDE - LEFT - RIGHT))) * this.period);
+        const share = (x - LEFT) / (WIDE - LEFT - RIGHT);
+        on.seek(Math.max(EDGE, Math.min(1 - EDGE, share)) * this.period);
       };
       svg.style.cursor = "ew-resize";
-      svg.onpointerdown = event => { svg.setPointerCapture(event.pointerId); seek(event); };
-      svg.onpointermove = event => { if (event.buttons) seek(event); };
+      let from = NaN;  // where a finger came down, which may be about to scroll the page
+      svg.onpointerdown = event => {
+        from = event.pointerType === "touch" ? event.clientX : NaN;
+        if (from >= 0) return;
+        svg.setPointerCapture(event.pointerId);
+        seek(event);
+      };
+      svg.onpointermove = event => {
+        if (!event.buttons || Math.abs(event.clientX - from) < SLIP) return;
+        from = NaN;
+        seek(event);
+      };
+      svg.onclick = seek;
     }
     box.onpointerenter = box.onfocus = () => on.highlight(panel.joints);
     box.onpointerleave = box.onblur = () => on.highlight([]);
@@ -135,16 +154,20 @@ class Panel {
     }
     return text;
   }
-  show(index, time) {  // of the curves' instants; the time within the period
+  show(index, share, time) {  // of the curves' instants, and on to the next; within the period
     const words = [];
+    const at = values => {
+      const value = values[index], next = share ? values[index + 1] : NaN;
+      return known(next) ? value + share * (next - value) : value;
+    };
     this.panel.lines.forEach((line, k) => {
-      const y = line.y[index];
+      const y = at(line.y), x = line.x && at(line.x);
       if (known(y) && !this.points) words.push(brief(Math.abs(y) < this.rounding ? 0 : y, 3));
       if (!this.dots) return;
-      const gone = !known(y) || !known(line.x[index]);
+      const gone = !known(y) || !known(x);
       this.dots[k].style.display = gone ? "none" : "";
       if (gone) return;
-      this.dots[k].setAttribute("cx", this.right(line.x[index]));
+      this.dots[k].setAttribute("cx", this.right(x));
       this.dots[k].setAttribute("cy", this.up(y));
     });
     this.told.textContent = words.join(" / ");
@@ -160,7 +183,7 @@ class Curves {
     this.take(curves);
     this.place = place; this.on = on;
     this.buttons = curves.tabs.map(tab => {
-      const button = element(tabs, "button", { role: "tab" }, tab.name);
+      const button = element(tabs, "button", {}, tab.name);
       button.onclick = event => { this.open(tab.name); release(event); };
       return button;
     });
@@ -170,11 +193,7 @@ class Curves {
   open(name) {
     const tab = this.curves.tabs.find(t => t.name === name);
     if (!tab) return;
-    for (const button of this.buttons) {
-      const open = button.textContent === name;
-      button.classList.toggle("on", open);
-      button.setAttribute("aria-selected", open);
-    }
+    for (const button of this.buttons) press(button, button.textContent === name);
     this.place.replaceChildren();
     this.panels = tab.panels.map(
       panel => new Panel(this.place, this.curves, opened(panel), this.on));
@@ -189,17 +208,22 @@ class Curves {
     this.index = -1;
     this.show(this.at);
   }
+  begun(steps) {  // when the period began that is shown so many steps after the walk began
+    const { period, step } = this.curves;
+    return Math.max(0, Math.ceil(steps * step / period - END) - 1) * period;
+  }
   show(steps) {  // how many have passed since the walk began
-    const { time: times, period, step } = this.curves, time = steps * step;
+    const { time: times, period, step } = this.curves;
     this.at = steps;
-    const inside = time - Math.floor(time / period + 1e-9) * period;
+    const inside = Math.min(steps * step - this.begun(steps), period);
     let low = 0, high = times.length - 1;
     while (low < high) {  // the last instant not after it
       const middle = (low + high + 1) >> 1;
-      if (times[middle] <= inside + 1e-9) low = middle; else high = middle - 1;
+      if (times[middle] <= inside + END * period) low = middle; else high = middle - 1;
     }
     if (low === this.index && Math.abs(inside - this.inside) < 1e-6) return;
     this.index = low; this.inside = inside;
-    for (const panel of this.panels) panel.show(low, inside);
+    const share = Math.max(0, inside - times[low]) / (times[low + 1] - times[low]) || 0;
+    for (const panel of this.panels) panel.show(low, share, inside);
   }
 }

@@ -27,8 +27,8 @@ from gaitopt.view.page_parts import Section, table_text
 _NUMBERS = ("", ">of the robot", ">begun at", ">found", "unit")
 _WALKS = ("walk", ">weight", ">before", ">after", ">change", "certified")
 _STYLE = """:root{color-scheme:light dark}
-body{font:14px/1.45 system-ui,sans-serif;max-width:54rem;margin:0 auto;padding:0 1rem 2rem}
-h1{font-size:20px}h2{font-size:15px;margin:26px 0 6px}.table{overflow-x:auto}
+body{font:.875rem/1.45 system-ui,sans-serif;max-width:54rem;margin:0 auto;padding:0 1rem 2rem}
+h1{font-size:1.25rem}h2{font-size:.94rem;margin:26px 0 6px}.table{overflow-x:auto}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums}
 th,td{text-align:left;vertical-align:top;padding:3px 14px 3px 0;border-bottom:1px solid #8884}
 th{font-weight:normal;opacity:.7}.number{text-align:right}.number,.short{white-space:nowrap}

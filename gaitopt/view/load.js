@@ -112,6 +112,9 @@ async function openScene(pane, script, commands) {  // MeshCat's viewer, with wh
   viewer.animate = () => {};  // a loop of its own would be a second one
   viewer.moved = () => {};  // told before each picture
   viewer.held = () => false;  // whether something else is more urgent than pictures
+  const canvas = viewer.renderer.domElement;
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", "the robot");
   await draw(viewer, commands);
   run(viewer);
   return viewer;

@@ -6,8 +6,7 @@ function choose(index) {  // the posture at the same time, as far as there is on
   stand();
   curves.replace(film.curves);
   say(film.words);
-  choices.forEach((button, k) => button.classList.toggle("on", k === index));
-  choices.forEach((button, k) => button.setAttribute("aria-pressed", k === index));
+  choices.forEach((button, k) => press(button, k === index));
   seek(time);
   setPlaying(playing);
 }

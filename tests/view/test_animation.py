@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -8,7 +9,8 @@ from scipy.integrate import trapezoid
 
 from gaitopt.errors import InputError, RobotError
 from gaitopt.model.robot import Robot
-from gaitopt.view.animation import frames, pressure
+from gaitopt.view.animation import build_scene, frames, hip_height, pressure
+from gaitopt.view.viewer import Node, RecordingWindow, umsgpack
 
 COUNT = 31
 
@@ -137,6 +139,28 @@ def test_the_mean_force_and_the_impulse_carry_the_weight():
     gait = sample_gait()
     force = trapezoid(gait.ground_wrench[:, 2], gait.time) + gait.impulse[2]
     assert force == pytest.approx(gait.number("mass") * 9.81 * 0.4, rel=5e-3)
+
+
+@pytest.mark.parametrize(("rise", "ahead"), [(0.17, -1.0), (-0.17, 1.0)])
+def test_the_camera_sees_the_feet_on_stairs(rise, ahead):
+    """From where stairs lead to, their edges hide what stands behind them."""
+    outline = [[-0.2, 0.0], [0.1, 0.0], [0.1, rise]]
+    ground = {"words": "stairs", "rise": rise, "outline": outline}
+    gait, window = sample_gait(), RecordingWindow()
+    build_scene(Node(window), replace(gait, meta={**gait.meta, "ground": ground}), 1)
+    sent = [umsgpack.unpackb(command) for command in window.commands]
+    ((x, _, _),) = [c["value"] for c in sent if c.get("property") == "position"]
+    assert np.sign(x) == ahead
+
+
+def test_knees_that_bend_make_no_small_robot(samples):
+    """The camera would stand so near that it distorts what it sees."""
+    body = sample_gait().trajectory.body
+    tall = hip_height(body, samples)
+    assert tall > 0.6
+    low = samples.configuration[:1].copy()
+    low[:, 2] -= 0.4
+    assert hip_height(body, SimpleNamespace(configuration=low)) == pytest.approx(0.6)
 
 
 def test_what_cannot_walk_is_refused():

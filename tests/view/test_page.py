@@ -221,6 +221,15 @@ seen.middle = animator.time;
 svg.dispatchEvent(new PointerEvent("pointermove", at(0.75)));
 seen.later = animator.time;
 seen.after = told();
+const cursor = panel.querySelector(".cursor");
+const drag = share => {
+  svg.dispatchEvent(new PointerEvent("pointermove", at(share)));
+  return [animator.time, Number(cursor.getAttribute("x1"))];
+};
+seen.edges = [1.1, 1.2, -0.1, -0.2].map(drag);
+seek(data.duration);
+seen.end = [Number(cursor.getAttribute("x1")), ...told()];
+seek(seen.later);
 panel.dispatchEvent(new PointerEvent("pointerenter"));
 seen.lit = lit.length;
 panel.dispatchEvent(new PointerEvent("pointerleave"));
@@ -266,14 +275,24 @@ def test_curves_and_walk_move_together(text, tmp_path):
     assert (seen["middle"], seen["later"]) == pytest.approx((0.4, 0.6), abs=0.003)
     assert seen["nudged"] == pytest.approx(seen["later"] + gait.duration / 30.0)
     assert len(seen["before"]) == len(seen["after"]) == 6
-    (index,) = [gait.joint_names.index("right_hip_yaw")]
-    told = float(seen["before"][0].split(" / ")[0].replace("\u2212", "-"))
-    assert told == pytest.approx(np.interp(0.1, gait.time, gait.torque[:, index]), rel=0.02)
+    index = gait.trajectory.joint_names.index("right_hip_yaw")
+    (exact,) = gait.trajectory.at(np.array([0.1])).torque[:, index]
+    assert _number(seen["before"][0]) == pytest.approx(exact, rel=0.005)
+    right, beyond, left, before = seen["edges"]
+    assert right == beyond == pytest.approx([0.8, 292.0], abs=0.2)
+    assert left == before == pytest.approx([0.0, 46.0], abs=0.2)
+    last = gait.trajectory.at(np.array([0.8]), before=np.array([True])).torque[0, index]
+    assert seen["end"][0] == pytest.approx(292.0)  # the end of the walk, not its beginning
+    assert _number(seen["end"][1]) == pytest.approx(last, rel=0.005)
     assert seen["before"] != seen["after"]
     assert seen["lit"] > 0
     assert seen["unlit"] == 0
     assert seen["dark"] is True
     assert seen["stands"] == 2
+
+
+def _number(told):
+    return float(told.split(" / ")[0].replace("\u2212", "-"))
 
 
 @pytest.mark.browser
@@ -327,21 +346,32 @@ def test_robots_of_other_joints_are_drawn(name, tmp_path):
 # what a person without a mouse does: the tab key stops at buttons, which the space bar presses
 KEYS = """
 setPlaying(false);
-const key = (name, target) => target.dispatchEvent(
-  new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
+const key = (name, target, more) => target.dispatchEvent(
+  new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true, ...more }));
 const tab = document.querySelectorAll("#tabs button")[2];
 tab.focus();
 tab.click();  // as the browser does where the space bar is pressed on it
 const seen = { pressed: key(" ", tab), playing: animator.playing,
                kept: document.activeElement === tab,
-               selected: [...document.querySelectorAll("#tabs button")].map(
-                 b => b.getAttribute("aria-selected")) };
+               pressed_tabs: [...document.querySelectorAll("#tabs button")].map(
+                 b => b.getAttribute("aria-pressed")) };
 const line = document.querySelector("figcaption");
 seen.heights = [];
 for (const t of [0, 0.13, 0.27]) {
   seek(t);
   seen.heights.push(line.getBoundingClientRect().height);
 }
+scrub.focus();
+seen.taken = key("ArrowLeft", scrub);
+seen.thumb = [Number(scrub.value), animator.time, scrub.getAttribute("aria-valuetext")];
+seen.back = key("ArrowLeft", document.body, { altKey: true });
+seen.same = animator.time;
+const summary = document.createElement("summary");
+document.body.append(summary);
+seen.folds = key(" ", summary);
+seen.named = [...document.querySelectorAll("figure, canvas, svg")].every(
+  part => part.getAttribute("aria-label"));
+tab.focus();
 tab.dispatchEvent(new MouseEvent("click", { detail: 1 }));
 seen.released = document.activeElement !== tab;
 key(" ", document.body);
@@ -357,7 +387,62 @@ def test_the_keyboard_reaches_everything(text, tmp_path):
     assert seen["pressed"] is True  # the button's own doing is not prevented
     assert seen["playing"] is False
     assert seen["kept"] is True
-    assert seen["selected"] == ["false", "false", "true", "false", "false", "false"]
+    assert seen["pressed_tabs"] == ["false", "false", "true", "false", "false", "false"]
+    assert seen["taken"] is False
+    assert seen["thumb"][0] == pytest.approx(seen["thumb"][1])
+    assert seen["thumb"][1] < 0.27
+    assert seen["thumb"][2] == f"step 1, t = {seen['thumb'][1]:.3f} s"
+    assert seen["back"] is True  # to the page before
+    assert seen["same"] == seen["thumb"][1]
+    assert seen["folds"] is True
+    assert seen["named"] is True
     assert len(set(seen["heights"])) == 1  # numbers that change move nothing
     assert seen["released"] is True
     assert seen["plays"] is True
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
+def test_paper_gets_all_of_the_page_and_fingers_scroll_it(text, tmp_path):
+    asyncio.run(_paper_and_fingers(write_page(sample_gait(), tmp_path / "gait.html"), tmp_path))
+
+
+async def _paper_and_fingers(page, folder):
+    async with opened(f"{page.as_uri()}#t=0.1&paused", folder) as one:
+        size = {"width": 360, "height": 640, "deviceScaleFactor": 1, "mobile": True}
+        await one.call("Emulation.setDeviceMetricsOverride", **size)
+        await one.call("Emulation.setTouchEmulationEnabled", enabled=True)
+        await one.wait_for("document.querySelectorAll('.foot span').length > 0")
+        await one.value("document.querySelector('.panel').scrollIntoView({ block: 'center' })")
+        box = await one.value(
+            "(b => [b.left + b.width / 2, b.top + b.height / 2])"
+            "(document.querySelector('.panel svg').getBoundingClientRect())"
+        )
+        state = "[scrollY, Number(document.getElementById('scrub').value)]"
+
+        async def swipe(x, y):
+            touch = {"x": box[0], "y": box[1]}
+            before = await one.value(state)
+            await one.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[touch])
+            for share in np.linspace(0.1, 1.0, 10):
+                point = {"x": box[0] + share * x, "y": box[1] + share * y}
+                await one.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=[point])
+            await one.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+            return np.subtract(await one.value(state), before)
+
+        scrolled, moved = await swipe(80.0, 0.0)
+        assert scrolled == 0.0
+        assert moved > 0.1
+        scrolled, moved = await swipe(0.0, -100.0)
+        assert scrolled > 50.0
+        assert moved == 0.0
+        await one.call("Emulation.setEmulatedMedia", media="print")
+        hidden, whole, *wide = await one.value(
+            "[getComputedStyle(document.getElementById('play')).display,"
+            " document.body.scrollHeight - document.getElementById('report').scrollHeight,"
+            " document.querySelector('canvas').offsetWidth,"
+            " document.getElementById('pane').offsetWidth]"
+        )
+        assert hidden == "none"
+        assert whole > 0.0
+        assert wide[0] == pytest.approx(0.7 * wide[1], abs=1.0)
