@@ -58,7 +58,9 @@ MOVE = """(() => {
   // near where it began: a walk through all of the box spends its time where there is no walk
   const first = Number(input.defaultValue), reach = 6 * Number(input.step);
   input.value = Math.min(Math.max(inside, first - reach), first + reach);
-  const settings = Object.fromEntries(inputs.map(one => [one.name, Number(one.value)]));
+  delete input.dataset.value;
+  const settings = Object.fromEntries(
+    inputs.map(one => [one.name, Number(one.dataset.value ?? one.value)]));
   bench.sent[gaitoptLive.number + 1] = { at: performance.now(), ...settings };
   input.oninput();
 })()"""

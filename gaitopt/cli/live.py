@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.overrides import TORSO
 from gaitopt.model.robot import Robot
+from gaitopt.tolerances import SAME
 from gaitopt.view.animation import Scene, build_scene
 from gaitopt.view.live_server import Message, Slider, serve
 from gaitopt.view.page import curves, details, film, gait_page, headline
@@ -67,7 +70,7 @@ class LiveWalk:
             GaitoptError: the settings cannot be used, or there is no such walk.
         """
         self._request = make_request(settings, config)
-        self._output, self._kept = output, 0
+        self._output = output
         request = self._request
         found = many_starts(
             request.robot, request.task, request.options, count=request.starts, start=request.start
@@ -119,14 +122,13 @@ class LiveWalk:
         """Write the last certified walk into a directory of its own."""
         if not self._design.proven:
             return {"kind": "saved", "text": "the walk is not certified; nothing was kept"}
-        self._kept += 1
-        folder = self._output / f"walk-{self._kept}"
+        folder = next(path for k in count(1) if not (path := self._output / f"walk-{k}").exists())
         request = replace(self._request, robot=self._design.problem.robot,
                           task=self._design.problem.task)  # fmt: skip
         list(write_results(self._design.gait, request, folder, page=False, figures=False))
         return {
             "kind": "saved",
-            "text": f"kept in {folder}; again: {self._command(self._designed)}",
+            "text": f"kept in {folder}; again: {self._command(self._designed, folder)}",
         }
 
     def _plan(self, settings: Mapping[str, float], stop: Callable[[], bool]) -> Plan:
@@ -166,10 +168,14 @@ class LiveWalk:
         }
         return {**given, **kept}
 
-    def _command(self, settings: Mapping[str, float]) -> str:
-        """Return the command that makes the walk of settings."""
+    def _command(self, settings: Mapping[str, float], kept: Path | None = None) -> str:
+        """Return the command that makes a walk of settings, the one of a folder if there is one."""
         words = ["gaitopt", "optimise"]
         given = {**self._given(settings), "payload": self._payloads(settings[LOAD])}
+        if kept is not None:  # other first guesses may lead to another walk
+            own = given.items()
+            given = {k: v for k, v in own if k not in ("starts", "seed", "sigma")}
+            given["start"] = kept / "gait.npz"
         known = {name for section in SCHEMA.values() for name in section}
         for name, value in given.items():
             if name in known and value not in ((), [], {}):
@@ -193,8 +199,8 @@ class LiveWalk:
         (one,) = moved
         good, bad = before[one.name], settings[one.name]
         for _ in range(HALVINGS):
-            middle = good + round((bad - good) / 2.0 / one.step) * one.step
-            if middle in (good, bad):
+            middle = one.step * round((good + bad) / 2.0 / one.step)  # where the slider can stand
+            if not min(good, bad) < middle < max(good, bad):
                 break
             if stop():
                 return
@@ -219,11 +225,12 @@ class LiveWalk:
         rows = "".join(
             f'<label><span>{html_text(one.words)}</span><input type="range" name="{one.name}" '
             f'min="{one.low:g}" max="{one.high:g}" step="{one.step:g}" '
-            f'value="{self._designed[one.name]:.12g}" data-unit="{html_text(one.unit)}">'
+            f'value="{self._designed[one.name]:.12g}" data-value="{self._designed[one.name]!r}" '
+            f'data-unit="{html_text(one.unit)}">'
             "<span></span></label>"
             for one in self.sliders
         )
-        told = '<span id="told">move a slider: the walk follows</span>'
+        told = '<span id="told" role="status">move a slider: the walk follows</span>'
         return (
             f'<div id="sliders"><div>{rows}</div><p>{told}<button id="save">keep</button></p></div>'
         )
@@ -267,9 +274,12 @@ def _value(task: Task, name: str) -> float | None:
 
 
 def _slider(name: str, value: float, low: float, high: float, step: float) -> Slider:
+    low, high = step * math.floor(low / step + SAME), step * math.ceil(high / step - SAME)
     unit = next(one[name].unit for one in SCHEMA.values() if name in one)
     words = name.replace("_", " ").replace("cop", "CoP")
-    return Slider(name, words, (unit or "").split(" ")[0], low, high, step, value)
+    return Slider(
+        name, words, (unit or "").split(" ")[0], min(low, value), max(high, value), step, value
+    )
 
 
 def _stopped_by(plan: Plan) -> str:

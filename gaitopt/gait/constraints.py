@@ -693,11 +693,12 @@ class WalkingSpeed(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         length = context.scales.length
+        ahead = "way that the speed asks for - way"
         if context.steps == 1:
             rows = Linear(np.array([[-1.0, context.speed]]))
-            return self.once(rows, ("V T - d",), lower=0.0, upper=0.0, scale=length)
+            return self.once(rows, (ahead,), lower=0.0, upper=0.0, scale=length)
         way = StrideSpeed(context.speed, context.lateral_speed, context.turn_rate)
-        labels = ("V T - d", "way to the left that the speed asks for - way")
+        labels = (ahead, "way to the left that the speed asks for - way")
         block = self.once(way, labels, lower=0.0, upper=0.0, scale=length)
         return replace(block, reads=(quantities.ADVANCE,))
 

@@ -50,6 +50,14 @@ class Recorded:
     meta: Mapping[str, object]
     trajectory: Trajectory
 
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows: the page, None where the robot cannot be drawn.
+
+        How it looks is none of this module's business, but notebooks ask the object itself.
+        """
+        shown: str | None = import_module("gaitopt.view.page").gait_html(self)
+        return shown
+
     def fact(self, *keys: str) -> object | None:
         """Return `meta[key][key]...`, None if any of the keys is absent."""
         value: object | None = self.meta
@@ -431,14 +439,6 @@ class Gait(Recorded):
             f"{self.step_length:.3f} m in {self.duration:.3f} s"
             f"{'' if cost is None else f', {cost:.6g} {self.cost_unit}'}{proof}>"
         )
-
-    def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the page, None where the robot cannot be drawn.
-
-        How a gait looks is none of this module's business, but notebooks ask the object itself.
-        """
-        shown: str | None = import_module("gaitopt.view.page").gait_html(self)
-        return shown
 
     @property
     def following(self) -> Gait:

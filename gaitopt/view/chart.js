@@ -46,7 +46,7 @@ function calm(low, high, [from, to]) {  // an axis that has room stands still wh
 // One panel: lines over time, or y over x where a line has x; a cursor that follows the walk.
 class Panel {
   constructor(parent, curves, panel, on) {
-    const name = `${panel.title} in ${panel.unit}`;
+    const name = panel.title + (panel.unit && ` in ${panel.unit}`);
     const box = element(parent, "figure", { class: "panel", tabindex: 0, "aria-label": name, title: name });
     const head = element(box, "figcaption");
     element(head, "b", {}, panel.title);

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -32,6 +32,7 @@ from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
 from gaitopt.settings import checked_arguments
 from gaitopt.view.figure_style import (
+    GREY,
     GROUND,
     INSIDE,
     KINDS,
@@ -122,21 +123,25 @@ def _ground_words(gait: Recorded) -> str:
 
 def _draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait | Transition) -> None:
     """Draw the ground: from the side with its slope or its shape."""
-    x = reach(sticks, view)
-    z = np.zeros(2)
+    x, z, aside = reach(sticks, view), np.zeros(2), 0.0
     if view == SIDE:
         step = gait.step_length or float(np.ptp(x))  # in place any will do
-        ends = np.sort(x / step)  # backward the steps go the other way
+        ends = np.sort(x / step)
         first, last = (int(k) for k in np.floor(ends) + np.array([-1.0, 2.0]))
-        along, height = ground_of(gait).along(first, last + 1, step).T
+        ground = ground_of(gait)
+        along, height = ground.along(first, last + 1, step).T
         R = upright(gait.trajectory.body.gravity)
         along, height = R[[0, 2]][:, [0, 2]] @ np.stack([along, height])
-        order = np.argsort(along, kind="stable")
-        along, height = along[order], height[order]
+        if step < 0.0:  # backward the steps go the other way
+            along, height = along[::-1], height[::-1]
+        along = np.maximum.accumulate(along)  # a riser's ends are at one place but for rounding
         inside = (along > x[0]) & (along < x[1])
         z = np.interp(x, along, height)
         x, z = np.r_[x[0], along[inside], x[1]], np.r_[z[0], height[inside], z[1]]
-    axes.fill_between(x, z - _GROUND_DEPTH, z, color=GROUND, linewidth=0)
+        aside = _GROUND_DEPTH * np.sign(z[-1] - z[0]) if ground.shaped else 0.0  # under risers, too
+    top, under = np.stack([x, z]), np.stack([x + aside, z - _GROUND_DEPTH])
+    band = np.concatenate([top, under[:, ::-1]], axis=1).T
+    axes.add_collection(PolyCollection([band], facecolor=GROUND))
     axes.set_aspect("equal", adjustable="box")
     axes.grid(False)
 
@@ -422,8 +427,9 @@ def _joint_figure(
     for panel, (axes, group) in enumerate(zip(panels, groups, strict=True)):
         axes.axhline(0.0, color=RULE, linewidth=0.8)
         for times, values, line, legs in curves:
-            names = legs if len(group) > 1 else ("middle",)
-            for joint, leg, colour in zip(group, names, (STANCE, SWING), strict=False):
+            both = tuple(zip(legs, (STANCE, SWING), strict=True))
+            names = both if len(group) > 1 else (("middle", GREY),)
+            for joint, (leg, colour) in zip(group, names, strict=True):
                 axes.plot(times, values[:, joint], line, color=colour, label=leg)
         own = list(group)
         drawn = [] if limits is None else draw_limit(axes, whole[:, own], limits[own])

@@ -4,12 +4,22 @@ const RESTS = 250;  // ms after which a slider that was moved is at rest
 const asked = new Map(), live = { number: 0, seen: 0, delays: [], viewer, seek, curves };
 let touched = -Infinity;
 window.gaitoptLive = live;  // for whoever wants to know how fast it is, and what it shows
-function wishes() {
-  const settings = {};
-  for (const input of sliders.querySelectorAll("input")) settings[input.name] = Number(input.value);
-  return settings;
+const inputs = [...sliders.querySelectorAll("input")], save = document.getElementById("save");
+const tab = String(Math.random());  // several may be open, whose sliders follow each other
+function tell(input) {
+  const value = `${brief(wanted(input))} ${input.dataset.unit}`;
+  input.nextElementSibling.textContent = value;
+  input.setAttribute("aria-valuetext", value);
 }
-socket.onopen = () => { if (live.early) wish(); };
+function wanted(input) {  // a slider stands at a step of its own, until it is moved for a value between
+  return Number(input.dataset.value ?? input.value);
+}
+function wishes() { return Object.fromEntries(inputs.map(input => [input.name, wanted(input)])); }
+save.disabled = true;
+socket.onopen = () => {
+  save.disabled = false;
+  if (live.early) wish();
+};
 function wish() {
   if (socket.readyState !== WebSocket.OPEN) {  // answered as soon as there is a line
     live.early = true;
@@ -17,14 +27,23 @@ function wish() {
   }
   const number = ++live.number;
   asked.set(number, touched = performance.now());
-  socket.send(JSON.stringify({ number, settings: wishes() }));
+  socket.send(JSON.stringify({ number, tab, settings: wishes() }));
   told.textContent = "…";
 }
-for (const input of sliders.querySelectorAll("input")) {
-  const value = input.nextElementSibling;
-  const show = () => { value.textContent = `${brief(Number(input.value))} ${input.dataset.unit}`; };
-  input.oninput = () => { show(); wish(); };
-  show();
+for (const input of inputs) {
+  input.oninput = () => {
+    delete input.dataset.value;
+    tell(input);
+    wish();
+  };
+  tell(input);
+}
+function move_to(settings) {
+  asked.clear();  // what another tab wished later has taken its place
+  for (const input of inputs) {
+    input.value = input.dataset.value = settings[input.name];
+    tell(input);
+  }
 }
 function walk(message) {  // its curves at once; the picture and the tables follow
   live.shown = message.number;
@@ -49,7 +68,8 @@ socket.onmessage = event => {
   turn = turn.then(() => answer(message));
 };
 async function answer(message) {
-  const { kind, number } = message;
+  const { kind, number, settings } = message;
+  if (settings && message.tab !== tab) move_to(settings);
   if (kind === "walk") walk(message);
   if (kind === "motion") return follow(message);
   if (kind === "proof") return say(message.words);
@@ -57,7 +77,7 @@ async function answer(message) {
     "the walk before these settings";
   if (message.text !== undefined) told.textContent = message.text;
   document.body.classList.toggle("none", kind === "none");
-  if (asked.has(number)) {
+  if (message.tab === tab && asked.has(number)) {
     live.delays.push(performance.now() - asked.get(number));
     if (live.delays.length > 1000) live.delays.shift();
     for (const old of [...asked.keys()]) if (old <= number) asked.delete(old);
@@ -66,8 +86,13 @@ async function answer(message) {
   live.kind = kind;
 }
 viewer.held = now => asked.size > 0 || now - touched < RESTS;
-socket.onclose = () => { told.textContent = "gaitopt has ended; this page shows its last walk."; };
-document.getElementById("save").onclick = event => {
+socket.onclose = () => {
+  for (const control of [...inputs, save]) control.disabled = true;
+  const verdict = document.getElementById("verdict");
+  verdict.textContent = verdict.textContent.replace("; its certificate follows", ", not certified");
+  told.textContent = "gaitopt has ended; this page shows its last walk.";
+};
+save.onclick = event => {
   socket.send(JSON.stringify({ save: true }));
   release(event);
 };

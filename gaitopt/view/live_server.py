@@ -1,8 +1,8 @@
 """The page of `gaitopt live`: served to this machine, with sliders that a session answers.
 
 One thread serves, another one works. Of settings that come while it works only the latest count.
-The browser sends `{"number": n, "settings": {...}}` or `{"save": true}`; what goes back is what a
-session says.
+The browser sends `{"number": n, "tab": name, "settings": {...}}` or `{"save": true}`; what goes
+back, to all tabs, is what a session says, with the number and tab that it answers and the settings.
 """
 
 from __future__ import annotations
@@ -216,12 +216,13 @@ class _Desk:
                 self._answer(wish)
 
     def _answer(self, wish: Message) -> None:
-        number = wish.get("number")
+        settings = self._settings(wish)
+        asked = {"number": wish.get("number"), "tab": wish.get("tab"), "settings": settings}
         try:
-            for message in self._session.answers(self._settings(wish), self._outdated):
-                self._say({"number": number, **message})
+            for message in self._session.answers(settings, self._outdated):
+                self._say({**asked, **message})
         except GaitoptError as error:
-            self._say({"kind": "none", "text": str(error), "number": number})
+            self._say({**asked, "kind": "none", "text": str(error)})
 
     @staticmethod
     def _answered(what: Callable[[], Message]) -> Message:

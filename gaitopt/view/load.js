@@ -123,4 +123,5 @@ function say(words) {
   for (const [name, text] of Object.entries(words)) {
     document.getElementById(name).innerHTML = text;
   }
+  document.title = document.getElementById("title").textContent;
 }

@@ -168,7 +168,7 @@ def _ground(gait: Recorded, samples: TrajectorySamples) -> Iterable[Record]:
     used = np.where(samples.contact & (normal > 0.0), tangential / np.where(normal, normal, 1), 0.0)
     lines = [{"name": foot, "side": side, "y": used[:, k]} for k, foot, side in _each_foot(gait)]
     limits = _bounds(gait.number("task", "margins", "friction"))
-    yield _panel("friction used", "-", lines, limits=limits)
+    yield _panel("friction used", "", lines, limits=limits)
     for k, foot, side in _each_foot(gait):
         toe, heel, left, right = gait.trajectory.body.sole_rectangle[k]
         x, y = samples.pressure[:, k].T
@@ -247,8 +247,8 @@ def page_text(
     return gait_page(gait, scene, recorder.text(), steps)
 
 
-def gait_html(gait: Gait) -> str | None:
-    """Return the page of a gait in a frame; None where the robot cannot be drawn."""
+def gait_html(gait: Gait | Transition) -> str | None:
+    """Return the page of a walk in a frame; None where the robot cannot be drawn."""
     try:
         return page_text(gait)._repr_html_()
     except GaitoptError:

@@ -17,8 +17,10 @@ from browser import BROWSER, close, opened
 from page_scene import commands_of, data_of, numbers, places, scene_of, unpacked
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
+from typer.testing import CliRunner
 
 from gaitopt.cli import live
+from gaitopt.cli.app import app
 from gaitopt.cli.live import FOLLOWS, LiveWalk
 from gaitopt.design.pipeline import is_walk
 from gaitopt.design.replanner import Plan
@@ -107,7 +109,7 @@ def test_settings_without_a_walk_say_what_stops_them_and_where_it_walks(session,
 def test_after_a_refusal_page_and_kept_walk_are_those_of_the_last_certificate(session, settings):
     *_, shown, _ = session.answers({**settings, "speed": 0.81}, never)
     assert last(session.answers({**settings, "speed": 0.81, "torque_limit": 15.0}, never))["text"]
-    assert session.save()["text"].endswith("gaitopt optimise --preset standard --speed 0.81")
+    assert "gaitopt optimise --preset standard --speed 0.81 --start " in session.save()["text"]
     page = session.page()
     inputs = dict(re.findall(r'name="(\w+)".*? value="(.*?)"', page))
     assert float(inputs["speed"]) == 0.81
@@ -220,6 +222,30 @@ def test_a_kept_walk_is_the_certified_one(session, settings):
     assert before == pytest.approx(gait.cost)
 
 
+def test_the_command_of_a_kept_walk_makes_it_again(session, settings, tmp_path):
+    """The walk that follows a slider is not always the one that a search finds first."""
+    last(session.answers({**settings, "speed": 0.86}, never))
+    words = session.save()["text"].split("; again: gaitopt ")[1].split()
+    (again,) = session.save()["text"].split()[2].split(";")[:1]
+    assert words[-1] != f"{again}/gait.npz"  # a folder of its own each time
+    assert CliRunner().invoke(app, [*words, "--output", str(tmp_path)]).exit_code == 0
+    found, kept = load_gait(tmp_path / "gait.npz"), load_gait(words[-1])
+    assert found.cost == pytest.approx(kept.cost, rel=1e-9)
+    assert found.parameters == pytest.approx(kept.parameters, abs=1e-7)
+
+
+def test_a_slider_begins_at_its_setting_and_moves_in_round_steps(tmp_path):
+    """Browsers move a slider to the nearest of its steps from its least value."""
+    session = LiveWalk({"speed": 0.755, "slope": 0.0996687, "starts": 1}, None, tmp_path)
+    for one in session.sliders:
+        if one.name == "torque_limit":
+            continue
+        assert one.low <= one.value <= one.high
+        assert one.low / one.step == pytest.approx(round(one.low / one.step), abs=1e-9)
+    form = dict(re.findall(r'name="(\w+)".*?data-value="(.*?)"', session.page()))
+    assert {n: float(v) for n, v in form.items()} == {o.name: o.value for o in session.sliders}
+
+
 @pytest.fixture
 def served(tmp_path):
     command = [sys.executable, "-m", "gaitopt", "live", "--port", "0", "--starts", "1", "-o", "k"]
@@ -286,6 +312,10 @@ PLACES = """(() => {
   scene.traverse(part => { if (part.geometry) found.push(...part.matrixWorld.elements); });
   return found;
 })()"""
+FRAME = "document.querySelector('iframe').contentWindow"
+OTHER = """document.body.append(Object.assign(document.createElement('iframe'),
+  { src: location.href, width: 400, height: 400 }))"""
+SPEED = "document.querySelector('#sliders input[name=speed]').value"
 READY = "!!window.gaitoptLive && document.querySelectorAll('.foot span').length"
 
 
@@ -305,6 +335,12 @@ async def _driven(url, folder):
                 "(t => t.startsWith('kept') && t)(document.getElementById('told').textContent)"
             )
         )
+        await page.value(OTHER)
+        await page.wait_for(f"{FRAME}.gaitoptLive && {FRAME}.gaitoptLive.number === 0")
+        await page.wait_for(f"{FRAME}.document.querySelectorAll('.foot span').length")
+        await page.value(f"{FRAME}.eval({json.dumps(MOVE.format(name='speed', value=0.99))})")
+        await page.wait_for(f"{SPEED} === '0.99' && /0.99 m/.test(document.title)")
+        await page.wait_for("document.getElementById('verdict').textContent === 'certified'")
         await page.wait_for("!document.body.classList.contains('behind')")
         moved = await page.value(PLACES)
         await page.value("(window.old = true, location.reload())")

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 from sample_gait import bare_gait, sample_gait
+from synthetic_bipeds import synthetic
 from transitions import from_rest
 
 from gaitopt.design.summary import motor_summaries
@@ -53,6 +54,36 @@ def test_the_force_figure_shows_force_mean_weight_and_friction():
     used = np.hypot(*gait.ground_wrench[:, :2].T) / gait.ground_wrench[:, 2]
     assert lines(figure, 1, "used") == pytest.approx(used)
     assert lines(figure, 1, "allowed 0.7")[0] == 0.7
+
+
+@pytest.mark.parametrize("name", ["step", "walk"])
+@pytest.mark.parametrize("rise", [0.17, -0.17])
+def test_stairs_are_drawn_as_treads_and_risers(name, rise):
+    """Also where rounding puts the upper end of a riser before the lower one."""
+    gait = sample_gait()
+    step = gait.step_length
+    edge = 0.1 + 1e-15
+    ground = {"words": "stairs", "rise": rise, "outline": [[edge - step, 0.0], [edge + 4e-15, 0.0]]}
+    figure = make_figure(replace(gait, meta={**gait.meta, "ground": ground}), name)
+    (band,) = figure.axes[0].collections[0].get_paths()
+    corners = band.vertices[:-1]
+    top = corners[: len(corners) // 2]
+    along, up = np.diff(top, axis=0).T
+    assert len(top) > 6
+    assert np.minimum(np.abs(along), np.abs(up)) == pytest.approx(np.zeros(len(along)), abs=1e-9)
+    assert np.sign(up[np.abs(up) > 1e-9]) == pytest.approx(np.sign(rise))
+    assert np.ptp(corners - np.r_[top, top[::-1]], axis=0).min() > 0.01  # thick under each
+
+
+def test_joints_of_no_leg_have_a_colour_of_their_own():
+    robot = synthetic("seven, waist and arms")
+    problem = WalkProblem(robot, preset_task(boundary="lifted", speed=0.5, duration=0.5))
+    figure = make_figure(gait_at(problem, first_guess(problem), {}), "angles")
+    legend = figure.legends[0]
+    colours = {t.get_text(): h.get_color() for t, h in zip(
+        legend.get_texts(), legend.get_lines(), strict=True)}  # fmt: skip
+    assert {"stance leg", "swing leg", "middle"} <= set(colours)
+    assert len(set(colours.values())) == len(colours)
 
 
 def test_the_torque_figure_pairs_the_same_joint_of_both_legs():

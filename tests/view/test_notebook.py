@@ -9,6 +9,7 @@ import pytest
 from browser import BROWSER, opened
 from IPython.core.formatters import DisplayFormatter
 from sample_gait import bare_gait, sample_gait
+from transitions import from_rest
 
 from gaitopt import page_text
 from gaitopt.view.page_parts import Page
@@ -36,6 +37,13 @@ def test_a_gait_shows_its_page():
     data = shown(gait)
     assert without_scene(framed(data)) == without_scene(page_text(gait))
     assert data["text/plain"] == repr(gait)
+
+
+def test_a_transition_shows_its_page():
+    transition = from_rest().transition
+    data = shown(transition)
+    assert without_scene(framed(data)) == without_scene(page_text(transition))
+    assert data["text/plain"] == repr(transition)
 
 
 def test_a_page_shows_itself_and_is_short_as_text():
