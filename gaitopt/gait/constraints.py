@@ -714,7 +714,7 @@ class Tread(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         rows = Linear(np.array([[0.0, 0.0, context.speed, -1.0]]))
-        labels = ("V T - length of the first step",)
+        labels = ("way that the speed asks for - length of the first step",)
         return self.once(rows, labels, lower=0.0, upper=0.0, scale=context.scales.length)
 
 

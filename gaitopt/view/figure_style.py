@@ -21,6 +21,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import TICKDOWN, TICKLEFT, MarkerStyle
+from matplotlib.rcsetup import cycler
 from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
@@ -42,7 +43,10 @@ KINDS = ("png", "svg", "pdf")
 """Forms in which figures are written."""
 _GRID = "#E4E4E4"
 _LONGEST = 40  # characters of a name
+_COLOURS = (SWING, STANCE, SECOND, MEAN, "#56B4E9", "#E69F00", TRUNK, "#8A4B3A")
+"""Of lines one after the other, for whoever confuses red with green, too; none is a limit's."""
 _STYLE: Any = {
+    "axes.prop_cycle": cycler("color", _COLOURS),
     "font.size": 9.0,
     "axes.titlesize": 9.5,
     "axes.titley": 1.0,  # else each draw measures all labels to keep the title off them
@@ -155,10 +159,10 @@ def legends_beside(figure: Figure) -> None:
     figure.subplots_adjust(right=1.0 - wide - _BESIDE / figure.get_figwidth())
 
 
-def name_on_figure(name: str) -> str:
+def name_on_figure(name: str, longest: int = _LONGEST) -> str:
     """Return a name from a file as a label: visible, no mathematics in it, and not too long."""
     shown = printable(name)
-    shown = shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - 3]}..."
+    shown = shown if len(shown) <= longest else f"{shown[: longest - 3]}..."
     return shown.replace("$", "\\$")
 
 

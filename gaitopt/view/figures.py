@@ -72,6 +72,7 @@ _FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest round
 _SPACE = 0.08  # free above and below the curves, in their heights
 _HEIGHTS = (2.0, 1.0)  # of force and friction, to each other
 _ROW, COLUMNS = 2.5, 3  # panels of joints: inch, number
+_BESIDE_LIMIT, _ALONE, _TITLE = 17, 34, 70  # characters of names over a panel, and over a figure
 
 Standing = tuple[tuple[int, ...], str]
 """The feet that stand, and the colour of their contact; empty where that never changes."""
@@ -297,7 +298,7 @@ def _sides(gait: Recorded) -> tuple[str, str]:
 
 
 def _title(transition: Transition) -> str:
-    return name_on_figure(f"{transition.words[0].upper()}{transition.words[1:]}")
+    return name_on_figure(f"{transition.words[0].upper()}{transition.words[1:]}", _TITLE)
 
 
 _SUPERPOSED = 9  # stick figures of one step
@@ -438,7 +439,8 @@ def _joint_figure(
         last = panel >= len(groups) - COLUMNS
         axes.xaxis.set_tick_params(labelbottom=last)
         x, y = "time [s]" if last else "", unit if panel % COLUMNS == 0 else ""
-        label_axes(axes, x, y, name_on_figure(group_name(gait, group[0])))
+        room = _BESIDE_LIMIT if axes.get_title(loc="right") else _ALONE
+        label_axes(axes, x, y, name_on_figure(group_name(gait, group[0]), room))
     legs = _sides(gait) if isinstance(gait, Transition) else ("stance", "swing leg")
     _share_legend(figure, panels, " / ".join(legs))
     return figure

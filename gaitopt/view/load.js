@@ -62,10 +62,13 @@ function run(viewer) {
     if (fence && Math.max(took, now - begun) > SLOW) return true;
     return took > SLOW && now - ended < (held ? HELD : REST) * took;
   };
+  let seen = true;  // of a notebook's many pages all would else walk at once
+  new IntersectionObserver(found => { seen = found.at(-1).isIntersecting; })
+    .observe(document.documentElement);
   (function frame() {
     requestAnimationFrame(frame);
     const now = performance.now();
-    if (waits(now)) return;
+    if (!seen || waits(now)) return;
     viewer.animator.update();
     viewer.moved();
     if (!viewer.needs_render) return;

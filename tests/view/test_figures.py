@@ -1,10 +1,13 @@
 import io
+import re
 from collections import defaultdict
 from dataclasses import replace
 from itertools import combinations
 
+import matplotlib
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
@@ -12,13 +15,17 @@ from sample_gait import bare_gait, sample_gait
 from synthetic_bipeds import synthetic
 from transitions import from_rest
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.summary import motor_summaries
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.view.figure_style import rendered, styled
+from gaitopt.model.robot import Robot
+from gaitopt.view.comparison_figures import MOST
+from gaitopt.view.figure_style import LIMIT, rendered, styled
 from gaitopt.view.figures import (
     FIGURES,
     TRANSITION_FIGURES,
@@ -84,6 +91,42 @@ def test_joints_of_no_leg_have_a_colour_of_their_own():
         legend.get_texts(), legend.get_lines(), strict=True)}  # fmt: skip
     assert {"stance leg", "swing leg", "middle"} <= set(colours)
     assert len(set(colours.values())) == len(colours)
+
+
+# of linear red, green, blue: as people see them who lack the long or the middle cones; Machado,
+# Oliveira & Fernandes (2009), severity 1
+SEEN = (
+    (1, 0, 0, 0, 1, 0, 0, 0, 1),
+    (0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998),
+    (0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881),
+)
+
+
+@pytest.mark.parametrize("matrix", SEEN, ids=["all", "no long cones", "no middle cones"])
+def test_lines_are_told_apart_by_any_eyes(matrix):
+    with styled():
+        cycle = matplotlib.rcParams["axes.prop_cycle"].by_key()["color"]
+    assert len(cycle) == MOST
+    assert LIMIT not in cycle
+    rgb = np.array([to_rgb(colour) for colour in cycle])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(linear @ np.reshape(matrix, (3, 3)).T, 0.0, 1.0) ** (1.0 / 2.4)
+    apart = [np.linalg.norm(one - other) for one, other in combinations(seen, 2)]
+    assert min(apart) > 0.15  # 0.05 in Matplotlib's own cycle
+
+
+def test_long_names_leave_room_for_the_limit_beside_them():
+    text = urdf_text(biped13())
+    for name in {*re.findall(r'<joint name="(\w+)"', text)}:
+        text = text.replace(f'"{name}"', f'"{name}_of_a_robot_whose_joints_have_very_long_names"')
+    problem = WalkProblem(Robot.from_urdf(text), preset_task(speed=0.8))
+    figure = make_figure(gait_at(problem, first_guess(problem), {}), "torques")
+    rendered(figure, "png")
+    boxes = boxes_of_texts(figure)
+    assert sum(text.get_text().endswith("...") for text in boxes) == 6
+    for (one, a), (other, b) in combinations(boxes.items(), 2):
+        shared = np.minimum(a.max, b.max) - np.maximum(a.min, b.min)
+        assert shared.min() < 1.0, (one, other)
 
 
 def test_the_torque_figure_pairs_the_same_joint_of_both_legs():

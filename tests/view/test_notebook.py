@@ -65,19 +65,36 @@ async def _seen(url, folder):
     async with opened(url, folder) as page:
         inside = "document.querySelector('iframe')?.contentDocument"
         await page.wait_for(f"{inside} && {inside}.querySelectorAll('.foot span').length")
-        return await page.value(
+        found = await page.value(
             f"[{inside}.getElementById('title').textContent, "
             f"{inside}.querySelectorAll('.panel path').length, "
             "document.querySelector('iframe').getBoundingClientRect().height]"
         )
+        times = (
+            "[...document.querySelectorAll('iframe')].map(one => one.contentDocument"
+            ".querySelectorAll('.foot span').length && "
+            "Number(one.contentDocument.getElementById('scrub').value))"
+        )
+        await page.wait_for(f"{FRAMES}[1].contentDocument.querySelectorAll('.foot span').length")
+        await page.wait_for(f"{times}[0] > 0")
+        clocks = await page.value(times)
+        await page.value(f"{FRAMES}[1].scrollIntoView()")
+        await page.wait_for(f"{times}[1] > 0")
+        return [*found, clocks]
+
+
+FRAMES = "document.querySelectorAll('iframe')"
 
 
 @pytest.mark.browser
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
 def test_a_browser_draws_the_page_in_its_frame(tmp_path):
     notebook = tmp_path / "notebook.html"
-    notebook.write_text(f"<h1>cell</h1>{shown(sample_gait())['text/html']}")
-    title, curves, height = asyncio.run(_seen(notebook.as_uri(), tmp_path))
+    cell = f"<h1>cell</h1>{shown(sample_gait())['text/html']}"
+    notebook.write_text(f"{cell}<div style='height: 3000px'></div>{cell}")
+    title, curves, height, clocks = asyncio.run(_seen(notebook.as_uri(), tmp_path))
     assert title.endswith("at 1 m/s")
     assert curves == 12
     assert height >= 600
+    assert clocks[0] > 0.0
+    assert clocks[1] == 0.0  # nobody sees it yet
