@@ -33,6 +33,19 @@ else:
         return make(cls, eq=eq) if cls is not None else lambda cls: make(cls, eq=eq)
 
 
+def made_anew(one: Any) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+    """Return how to copy and pickle an instance, as its `__reduce__`: made anew of its fields.
+
+    Else copies would have neither read-only arrays nor what else `__post_init__` sees to.
+    """
+    kept = {f.name: getattr(one, f.name) for f in dataclasses.fields(one) if f.init}
+    return _make, (type(one), kept)
+
+
+def _make(cls: type, kept: dict[str, Any]) -> Any:
+    return cls(**kept)
+
+
 def _frozen(cls: type, eq: bool) -> type:
     inherits = any(map(dataclasses.is_dataclass, cls.__mro__[1:]))
     dataclasses.dataclass(init=False, repr=False, eq=False, frozen=inherits)(cls)

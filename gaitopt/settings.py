@@ -329,7 +329,21 @@ Kind = TypeVar("Kind", bound=type)
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool = True) -> Kind:
+def checked_facts(kind: Kind) -> Kind:
+    """Let a dataclass with arrays refuse names and kinds of values, as `checked`; return it.
+
+    What it is given stays as it is: arrays do not become lists.
+    """
+    return checked(kind, arrays=True)
+
+
+def checked(
+    kind: Kind,
+    elsewhere: Callable[[str], str] = _none,
+    *,
+    kinds: bool = True,
+    arrays: bool = False,
+) -> Kind:
     """Let a dataclass of options refuse names and kinds of values in words; return it.
 
     What the dataclass checks itself goes first. The error is an `OptionError`, a TypeError too.
@@ -338,12 +352,14 @@ def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool 
         kind: the dataclass.
         elsewhere: returns where an option is to be given that is none of its own, else nothing.
         kinds: whether the kinds of values are checked too, not the names alone.
+        arrays: whether NumPy's numbers and arrays stay what they are.
     """
     made: Any = kind.__init__  # type: ignore[misc]
 
     @wraps(made)
     def init(self: Any, *args: Any, **values: Any) -> None:
-        args, values = plain(args), plain(values)
+        if not arrays:
+            args, values = plain(args), plain(values)
         try:
             made(self, *args, **values)
         except OptionError:
@@ -383,7 +399,10 @@ def _check_names(
     try:
         inspect.signature(made).bind(None, *args, **values)
     except TypeError as error:
-        raise OptionError(f"{kind.__name__}: {error}; its options are {', '.join(names)}") from None
+        how = f"; give {_EXAMPLES[kind.__name__]}" if kind.__name__ in _EXAMPLES else ""
+        raise OptionError(
+            f"{kind.__name__}: {error}; its options are {', '.join(names)}{how}"
+        ) from None
 
 
 def checked_arguments(function: Function) -> Function:
@@ -420,7 +439,7 @@ def _refuse_kinds(of: str, hints: Mapping[str, Any], values: Mapping[str, object
         kinds = get_args(hint) if isinstance(hint, UnionType) else (hint,)
         if name not in values or type(value := values[name]) in kinds:  # as nearly all are
             continue
-        if not _fits(plain(value), hint):
+        if not (_fits(value, hint) or _fits(plain(value), hint)):
             raise OptionError(f"{of}: {name} is {shown(value)}; give {_said(hint)}")
 
 
@@ -461,6 +480,9 @@ _EXAMPLES = {
     "WalkProblem": "a WalkProblem, as WalkProblem(robot, task)",
     "DesignOptions": "DesignOptions(...)",
     "ImportOptions": "ImportOptions(...), or choices_from_toml('choices.toml')",
+    "MotorTable": "a MotorTable, as read_motors('motors.toml')",
+    "Trajectory": "a Trajectory: .trajectory of a Gait",
+    "ndarray": "an array of numbers",
 }
 """How to come by what a class of gaitopt holds."""
 _LISTS = (tuple, Sequence, Iterable, Collection)
@@ -489,8 +511,10 @@ def _fits(value: Any, hint: Any) -> bool:
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, UnionType):
         return any(_fits(value, part) for part in parts)
-    if not isinstance(kind, type) or kind in (object, Any) or kind.__module__ == "numpy":
+    if not isinstance(kind, type) or kind in (object, Any):
         return True
+    if kind.__module__ == "numpy":
+        return isinstance(value, list | tuple | Real) or hasattr(value, "__array__")
     if getattr(kind, "_is_protocol", False) and not getattr(kind, "_is_runtime_protocol", False):
         return True
     if kind in (float, int):

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass, replace
 from inspect import isfunction, signature
 from typing import Any, Protocol
 
@@ -14,9 +14,11 @@ import gaitopt
 from gaitopt import (
     BipedSpec,
     DesignOptions,
+    Entries,
     ImportOptions,
     Margins,
     MotorEnvelope,
+    MotorTable,
     Replanner,
     Robot,
     Sole,
@@ -47,8 +49,12 @@ from gaitopt import (
     write_figures,
     write_spec,
 )
+from gaitopt.actuators.motors import Drive, Motor
 from gaitopt.errors import InputError, OptionError, RobotError, did_you_mean
+from gaitopt.gait.trajectory import FootTurning, StepSequence, TrajectoryPhase
+from gaitopt.gait.transition import Transition, WeightShift
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, Payload
+from gaitopt.model.multibody import Multibody
 from gaitopt.motions.motion import motion
 from gaitopt.settings import _argument_kinds, checked_arguments
 from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
@@ -86,6 +92,37 @@ def test_what_is_no_option_is_told(make, said):
         make()
     assert isinstance(told.value, InputError)
     assert isinstance(told.value, TypeError)  # which programs may catch
+
+
+OURS = {"Audit", "Certificate", "ConstraintContext", "Design", "Plan"}  # which nobody else makes
+MADE = [getattr(gaitopt, name) for name in gaitopt.__all__ if name not in OURS]
+PARTS = Motor, Drive, Multibody, Transition, WeightShift, FootTurning, TrajectoryPhase, StepSequence
+
+
+@pytest.mark.parametrize("kind", [*filter(is_dataclass, MADE), *PARTS])
+def test_every_constructor_checks_names_and_kinds(kind):
+    with pytest.raises(OptionError, match=f"{kind.__name__} has no option zzz; its options are"):
+        kind(zzz=3)
+    values = {one.name: object() for one in fields(kind) if one.init}
+    with pytest.raises(InputError):  # in Python's words it would be another error
+        kind(**values)
+
+
+def test_facts_of_other_kinds_are_told(robot):
+    gait = sample_gait()
+    for make, said in (
+        (lambda: Entries(3, 12), "Entries: chosen is 3; give slice"),
+        (lambda: Entries(slice(3), 12, "x"), "factor is 'x'; give a number or an array of numbers"),
+        (lambda: MotorTable(["knee"]), "give a tuple or a list of Drive"),
+        (lambda: Robot("robot.urdf"), "give a Robot, as Robot.from_urdf('robot.urdf')"),
+        (lambda: replace(gait, multibody=robot), "Gait: multibody is <Robot"),
+        (lambda: replace(gait.trajectory, phases=3), "phases is 3; give a tuple or a list"),
+        (lambda: replace(robot, mirror="E"), "mirror is 'E'; give an array of numbers"),
+    ):
+        with pytest.raises(OptionError, match=re.escape(said)):
+            make()
+    assert Entries(slice(3), np.int64(12), 2).factor == 2  # other numbers are numbers
+    assert MotorTable([]).drives == ()
 
 
 def test_the_advice_works():

@@ -22,7 +22,7 @@ from gaitopt.errors import SpecError, there_are
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.model.import_options import LimitOverride, matching
 from gaitopt.nlp import Array
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked, checked_arguments
 from gaitopt.units import read_quantity
 
 MOTORS = "motors."
@@ -43,6 +43,7 @@ def _number(unit: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={_KEY: unit})
 
 
+@checked
 @dataclass(frozen=True)
 class Motor:
     """A motor without its gear.
@@ -107,6 +108,7 @@ class Motor:
         return self.voltage / self.resistance
 
 
+@checked
 @dataclass(frozen=True)
 class Drive:
     """A motor with its gear, and the joints that have it.
@@ -217,6 +219,7 @@ def joint_motors_of(rows: object) -> tuple[JointMotor, ...]:
     return tuple(found)
 
 
+@checked
 @dataclass(frozen=True)
 class MotorTable:
     """The drives of a robot.
@@ -226,6 +229,9 @@ class MotorTable:
     """
 
     drives: tuple[Drive, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "drives", tuple(self.drives))
 
     @property
     def at_joints(self) -> tuple[JointMotor, ...]:

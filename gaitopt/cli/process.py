@@ -120,7 +120,6 @@ def print_error(message: str) -> None:
 
 
 STOPPING = "stopping; press Ctrl-C again to quit at once"
-QUIT = "error: interrupted before there was a result; nothing was written"
 
 
 @dataclass
@@ -187,7 +186,7 @@ def _as_interrupt(number: int, frame: FrameType | None) -> None:
 
 @contextmanager
 def stop_on_interrupt(*, announce: bool = True) -> Iterator[StopRequest]:
-    """Note the first Ctrl-C inside the block instead of raising; the second ends the program.
+    """Note the first Ctrl-C inside the block instead of raising; the second raises as always.
 
     The solver stops between two iterations, so that its best iterate is complete.
 
@@ -199,8 +198,7 @@ def stop_on_interrupt(*, announce: bool = True) -> Iterator[StopRequest]:
     def note(number: int, frame: FrameType | None) -> None:
         del number, frame
         if request.asked:
-            _announce(QUIT)
-            raise SystemExit(int(ExitCode.INTERRUPTED))
+            raise KeyboardInterrupt  # told where the command is left: after its progress
         request.asked = True
         if announce:
             _announce(STOPPING)

@@ -58,19 +58,19 @@ def _designed(
 ) -> TransitionDesign:
     """Return the transition, its search shown on the screen."""
     errors, durations = screen(stderr=True), _durations(asked.duration)
-    with (
-        stop_on_interrupt(announce=not errors.is_terminal) as stop,
-        ProgressDisplay(errors, stop, quiet=False) as progress,
-    ):
-        try:
+    try:
+        with (
+            stop_on_interrupt(announce=not errors.is_terminal) as stop,
+            ProgressDisplay(errors, stop, quiet=False) as progress,
+        ):
             found = design_transition(
                 before, after, steps=asked.steps, durations=durations, shift=asked.shift,
                 stretch=asked.stretch, on_progress=progress, stop=stop,
             )  # fmt: skip
-        except StoppedError:
-            print_error("interrupted before there was a result; nothing was written")
-            raise typer.Exit(ExitCode.INTERRUPTED) from None
-        progress.finish(found.solution, found.transition.cost_unit)
+            progress.finish(found.solution, found.transition.cost_unit)
+    except StoppedError:
+        print_error("interrupted before there was a result; nothing was written")
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
     return found
 
 

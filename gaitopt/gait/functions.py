@@ -17,6 +17,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.model.coupling import Coupling
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_facts
 
 
 class QuantityFunction(ABC):
@@ -43,6 +44,7 @@ class QuantityFunction(ABC):
         return np.asarray((weights[:, None] @ self.jacobian(quantity))[:, 0])
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Linear(QuantityFunction):
     """Rows = matrix @ quantity, matrix (r, e), or (K, r, e) where each instant has its own."""
@@ -93,6 +95,7 @@ class Followers(QuantityFunction):
         return self.coupling.diagonal(of_all)
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Entries(QuantityFunction):
     """Rows = factor * chosen entries: a linear function without a product.
@@ -327,6 +330,7 @@ class Length(QuantityFunction):
         return weights[:, :1, None] * (np.eye(3) - u.swapaxes(1, 2) * u) / length
 
 
+@checked_facts
 @dataclass(frozen=True)
 class SquaredNorm(QuantityFunction):
     """Sum of w_i v_i², the integrand of Eq. (46) with weights.
@@ -355,6 +359,7 @@ class SquaredNorm(QuantityFunction):
         return np.diag(2.0 * self.weights)
 
 
+@checked_facts
 @dataclass(frozen=True)
 class ComplexStep(QuantityFunction):
     """A function given by its value alone, differentiated numerically instant by instant.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gaitopt.actuators.linkages import linkages_from_rows
 from gaitopt.bounds import INSTANTS, NUMBER, at_most
 from gaitopt.contact import BOTH_FEET, FlatFoot
-from gaitopt.dataclass import dataclass
+from gaitopt.dataclass import dataclass, made_anew
 from gaitopt.errors import GaitFileError, GaitoptError, InputError, RobotError
 from gaitopt.escape import printable
 from gaitopt.gait.costs import TorqueCost, per_second
@@ -30,6 +30,7 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_facts
 
 _LEG_JOINTS = 6  # of each leg of gaits that do not record it
 
@@ -302,6 +303,7 @@ class ContactPhase:
     end: float
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class Gait(Recorded):
     """One step of a cyclic gait; the next step is its mirror image. All arrays are read-only.
@@ -428,6 +430,8 @@ class Gait(Recorded):
         _check_sizes(self)
         _check_mirror(self.mirror)
         _check_second(self)
+
+    __reduce__ = made_anew
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""

@@ -24,7 +24,7 @@ from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked_arguments, checked_facts
 
 MIRRORED_WRENCH = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of a wrench seen in a mirror, in the other foot's sole frame."""
@@ -39,6 +39,7 @@ _ITERATIONS, _CLOSED = 20, 1e-12  # rad: of Newton's method, which is quadratic
 _RESTING = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])  # base at the origin: x y z, quaternion
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class FootTurning:
     """How the standing foot turns about a line of its sole that rests on the ground.
@@ -65,6 +66,7 @@ class FootTurning:
         )  # fmt: skip
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class TrajectoryPhase:
     """A part of a step in which one foot stands and the joints follow one spline.
@@ -226,6 +228,7 @@ class TrajectorySamples:
         return np.stack([-self.wrench[..., 4], self.wrench[..., 3]], axis=-1) / normal
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """A periodic walk, defined at every time; it repeats itself for ever, the base advancing.
@@ -512,6 +515,7 @@ class Trajectory:
         return np.asarray(passive_torque(joints, motion[0], motion[1]).value)
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class StepSequence(Trajectory):
     """Steps one after another, each of one phase, that do not repeat; before and after it is still.

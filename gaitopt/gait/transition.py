@@ -52,7 +52,7 @@ from gaitopt.gait.gait_file import (
 from gaitopt.gait.result import Gait, Recorded
 from gaitopt.gait.trajectory import StepSequence, TrajectoryPhase
 from gaitopt.nlp import Array
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked_arguments, checked_facts
 from gaitopt.version import __version__
 
 REST = 0.5
@@ -60,6 +60,7 @@ REST = 0.5
 _CYCLE = 2  # steps of a walk that its motion walks before and after
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class WeightShift:
     """How the weight moves over the first stance foot before the other leaves the ground.
@@ -87,6 +88,7 @@ class WeightShift:
         return TrajectoryPhase(0, self.knots, self.coefficients, front=self.front_wrench)
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class Transition(Recorded):
     """Steps from rest or from a walk to another walk or to rest.

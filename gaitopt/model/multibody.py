@@ -16,7 +16,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.bounds import NUMBER
-from gaitopt.dataclass import dataclass
+from gaitopt.dataclass import dataclass, made_anew
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import LEAST_MULTIPLIER, MOST_COEFFICIENT, MOST_POWER
 from gaitopt.importers.pinocchio_model import joint_coordinate, joint_motions, reduced, rigid_body
@@ -25,6 +25,7 @@ from gaitopt.model.chain_physics import CarriedWeight, PassiveJoints
 from gaitopt.model.coupling import Coupling
 from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_facts
 
 Index = NDArray[np.int64]
 BASE = -1  # as parent of a joint: the floating base
@@ -34,14 +35,21 @@ _LEAST = 1e-9  # relative: moments of inertia this much below what a body can ha
 
 
 def protect(one: Any) -> None:
-    """Keep arrays of a dataclass, and of dataclasses in it, from being written into."""
-    for value in (getattr(one, entry.name) for entry in fields(one)):
+    """Keep arrays of a dataclass, and of dataclasses in it, from being written into.
+
+    Those that somebody else can write into are copied: theirs stay as they are.
+    """
+    for name, value in ((entry.name, getattr(one, entry.name)) for entry in fields(one)):
         if isinstance(value, np.ndarray):
-            value.setflags(write=False)
+            if value.flags.writeable or getattr(value.base, "flags", value.flags).writeable:
+                value = np.array(value)
+                value.setflags(write=False)
+                object.__setattr__(one, name, value)
         elif is_dataclass(value):
             protect(value)
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class Multibody:
     """A tree of M joints on a floating base, and the bodies they move; SI units throughout.
@@ -116,6 +124,8 @@ class Multibody:
 
     def __post_init__(self) -> None:
         protect(self)
+
+    __reduce__ = made_anew
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""

@@ -12,7 +12,7 @@ from typing import TypeVar, cast
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.dataclass import dataclass
+from gaitopt.dataclass import dataclass, made_anew
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.report import Finding, as_before
 from gaitopt.importers.source import Source
@@ -30,9 +30,10 @@ from gaitopt.model.reference_posture import posture_doubts
 from gaitopt.model.scales import Scales
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked_arguments, checked_facts
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A biped with the right or left foot standing.
@@ -82,6 +83,8 @@ class Robot:
 
     def __post_init__(self) -> None:
         protect(self)
+
+    __reduce__ = made_anew
 
     @classmethod
     @checked_arguments

@@ -5,18 +5,22 @@ import os
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import typer
 
 from gaitopt import load_gait
 from gaitopt.cli import optimise as optimise_command
 from gaitopt.cli import results
 from gaitopt.cli.config import read_config
-from gaitopt.cli.process import STOPPING, stop_on_interrupt
+from gaitopt.cli.display import ProgressDisplay, screen
+from gaitopt.cli.process import STOPPING, errors_reported, stop_on_interrupt
 from gaitopt.cli.results import require_writable
 from gaitopt.design import diagnosis
 from gaitopt.errors import InputError
+from gaitopt.nlp import Progress
 
 
 def test_writes_the_whole_story(designed):
@@ -142,14 +146,25 @@ def test_interrupt_while_writing_tells_what_is_there(designed, quick, monkeypatc
     assert {path.name for path in (tmp_path / "out").iterdir()} == set(there)
 
 
-def test_first_ctrl_c_is_answered_at_once(capsys):
-    with stop_on_interrupt() as stop:
+def _interrupted_twice(capsys):
+    with (
+        errors_reported(robots=False),
+        stop_on_interrupt() as stop,
+        ProgressDisplay(screen(stderr=True), stop, quiet=False) as progress,
+    ):
         os.kill(os.getpid(), signal.SIGINT)
         assert stop.asked
         assert capsys.readouterr().err == f"{STOPPING}\n"
-        with pytest.raises(SystemExit, match="130"):
-            os.kill(os.getpid(), signal.SIGINT)
-    assert "nothing was written" in capsys.readouterr().err
+        progress(SimpleNamespace(describe=str))(Progress(0, 1.5, 0.2, 7, 0.3, 1.0, 0.1, 1))
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_first_ctrl_c_is_answered_at_once_and_the_second_after_the_progress(capsys):
+    with pytest.raises(typer.Exit):
+        _interrupted_twice(capsys)
+    *_, line, last = capsys.readouterr().err.splitlines()
+    assert line.startswith("round 1, iteration 0: cost 1.5")
+    assert last.startswith("error: interrupted before it was done")
 
 
 def test_interrupt_before_a_gait_stops_at_the_next_iteration(quick, monkeypatch):

@@ -1,6 +1,8 @@
 """`gaitopt transition`: what it says, writes and refuses."""
 
+import os
 import re
+import signal
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from gait_archives import changed, written
 from transitions import from_rest
 from transitions import walk as designed
 
+import gaitopt.cli.transition as command
 from gaitopt import load_transition, save_gait, save_transition
 from gaitopt.view.figures import TRANSITION_FIGURES
 
@@ -32,6 +35,20 @@ def test_it_writes_a_file_and_says_what_it_found(cli, walk, tmp_path):
     assert "certified" in result.stdout
     assert load_transition(path).certified
     assert "kept walk, iterations" in result.stderr  # it tells how far it is
+
+
+def test_ctrl_c_ends_with_the_error(cli, walk, monkeypatch, tmp_path):
+    search = command.design_transition
+
+    def interrupted(*args, **options):
+        os.kill(os.getpid(), signal.SIGINT)
+        return search(*args, **options)
+
+    monkeypatch.setattr(command, "design_transition", interrupted)
+    result = cli("transition", "standing", walk, "--steps", 2, "--output", tmp_path / "start.npz")
+    assert result.exit_code == 130
+    assert "round 1 (sqp), iteration" in result.stderr
+    assert result.stderr.splitlines()[-1].startswith("error: interrupted before there was a result")
 
 
 def test_its_file_is_checked(cli, start):

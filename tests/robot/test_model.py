@@ -1,8 +1,12 @@
+import copy
+import pickle
+from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from sample_gait import sample_gait
 from urdf_edits import add_arm, edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.catalogue.biped_spec import biped13
@@ -10,6 +14,11 @@ from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, RobotError
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import Sole
+
+
+def sent(one):
+    return pickle.loads(pickle.dumps(one))
+
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 
@@ -176,7 +185,22 @@ def test_a_joint_is_no_sole_frame():
         )  # fmt: skip
 
 
-def test_nobody_can_write_into_what_a_robot_knows(robot):
-    for array in (robot.limits.torque, robot.mirror, robot.legs.hips, robot.multibody.mass):
+@pytest.mark.parametrize("copied", [lambda one: one, copy.deepcopy, copy.copy, sent])
+def test_nobody_can_write_into_what_a_robot_knows(robot, copied):
+    mine = copied(robot)
+    known = mine.limits.torque, mine.mirror, mine.legs.hips, mine.multibody.mass, mine.tree.moves
+    for array in (*known, copied(robot.multibody).mass, copied(sample_gait()).torque):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
+    assert np.array_equal(mine.mirror, robot.mirror)
+
+
+def test_arrays_that_a_robot_is_given_stay_those_of_their_owner(robot):
+    mirror, mass = 2.0 * robot.mirror, 2.0 * robot.multibody.mass
+    view = mass[:]
+    view.setflags(write=False)  # through `mass` one writes into it all the same
+    changed = replace(robot, mirror=mirror, multibody=replace(robot.multibody, mass=view))
+    kept = changed.mirror.copy(), changed.multibody.mass.copy()
+    mirror[0], mass[0] = 7.0, 7.0
+    assert np.array_equal(changed.mirror, kept[0])
+    assert np.array_equal(changed.multibody.mass, kept[1])
