@@ -80,6 +80,7 @@ _READABLE = 10**15
 _PIECE = 2**22  # bytes read at once
 _SHOWN = 120  # characters of a value of a record
 _DIGITS = 12  # characters of a number
+_MANY = 1e6  # beyond it nobody reads decimals
 _LONGEST = 60  # characters of a value in a message
 
 
@@ -146,6 +147,11 @@ def shortened(value: object) -> str:
 def rounded(value: float) -> str:
     """Return a number with four digits; one that is zero but for the solver's tolerance as 0."""
     return "0" if abs(value) < LIMITS else f"{value:.4g}"
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Return a number with fixed decimals, of some million or more with four digits in all."""
+    return f"{value:.{decimals}f}" if abs(value) < _MANY else f"{value:.4g}"
 
 
 def read_bounded(path: Path, most: int) -> bytes:

@@ -194,7 +194,14 @@ def setting(help_text: str, unit: str = "", **more: Any) -> dict[str, Any]:
         help_text: one sentence for people.
         unit: SI unit of the number; empty for none.
         more: other attributes of `Setting`.
+
+    Raises:
+        InputError: its bounds are the wrong way round.
     """
+    most = more.get("most")
+    for name in ("above", "least"):
+        if most is not None and (bound := more.get(name)) is not None and bound > most:
+            raise InputError(f"{name} is {bound:g} and most is {most:g}; swap them")
     return {KEY: {"help": help_text, "unit": unit, **more}}
 
 

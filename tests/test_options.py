@@ -328,6 +328,15 @@ def test_lists_of_any_kind_are_lists():
     assert margin(0.2, "", relax=relax).metadata == margin(0.2, "", relax=(0.5, 0.1)).metadata
 
 
+@pytest.mark.parametrize("relax", [(0.1, 0.5), (0.5, -0.1), (0.5, 0.0), (np.nan, 0.1)])
+def test_a_margin_is_not_loosened_the_wrong_way_round(relax):
+    with pytest.raises(InputError, match=r"relax of a margin of 0.2 is \(.*give the farthest"):
+        margin(0.2, "", relax=relax)
+    assert margin(0.05, "", relax=(0.0, -0.01))  # as it says
+    with pytest.raises(InputError, match="least is 2 and most is 1; swap them"):
+        margin(1.5, "", least=2.0, most=1.0)
+
+
 def test_parameters_of_any_kind_of_numbers_are_those_parameters(sampled_design):
     problem, x = sampled_design.problem, sampled_design.solution.x
     rough = x.astype(np.float32)

@@ -13,6 +13,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from gaitopt import bounds
 from gaitopt.cli.process import STOPPING, StopRequest
 from gaitopt.escape import printable, printable_lines
 from gaitopt.gait.problem import WalkProblem
@@ -225,7 +226,7 @@ def number(value: float | None, unit: str, digits: int = 3) -> str:
 
 def fixed(value: float | None, decimals: int) -> str:
     """Return a number with a fixed number of decimals, or a dash."""
-    return ABSENT if value is None else f"{value:.{decimals}f}"
+    return ABSENT if value is None else bounds.fixed(value, decimals)
 
 
 def bar(used: float | None, limit: float | None, length: int = BAR) -> Text:
@@ -250,8 +251,8 @@ def share(used: float | None, limit: float | None) -> Text:
     if used is None:
         return Text(ABSENT)
     if limit is None:
-        return Text(f"{used:.3f}")
-    return Text(f"{used:.3f} of {limit:g}", style=shade(used / limit))
+        return Text(fixed(used, 3))
+    return Text(f"{fixed(used, 3)} of {limit:g}", style=shade(used / limit))
 
 
 def shade(used: float) -> str:

@@ -22,7 +22,7 @@ from rich.table import Table
 from gaitopt.actuators.motors import Motor, MotorTable, motors_of, read_motors
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.cli.command_options import RequirementsOptions, SizeOptions
-from gaitopt.cli.display import ABSENT, NARROW, new_table, screen, warn
+from gaitopt.cli.display import ABSENT, NARROW, fixed, new_table, screen, warn
 from gaitopt.cli.process import stop_on_interrupt
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import keep_files, require_files, require_writable
@@ -322,7 +322,7 @@ def use_table(worst: Sequence[MotorRequirement]) -> Table:
     sizes = {"peak_speed": RPM, **{name: 0.01 for name in _USES if name.endswith("_share")}}
     for one in worst:
         cells = (
-            f"{one.values[n] / sizes[n]:.0f}" if n in sizes else f"{one.values[n]:.3g}"
+            fixed(one.values[n] / sizes[n], 0) if n in sizes else f"{one.values[n]:.3g}"
             for n in _USES
         )
         table.add_row(one.motor, *cells)
@@ -332,7 +332,7 @@ def use_table(worst: Sequence[MotorRequirement]) -> Table:
 def overloads(worst: Sequence[MotorRequirement]) -> list[str]:
     """Return a sentence for every limit of a motor that the gaits are beyond."""
     return [
-        f"{one.motor} takes {100.0 * one.values[name]:.0f} % of {what}"
+        f"{one.motor} takes {fixed(100.0 * one.values[name], 0)} % of {what}"
         for one in worst
         for name, what in _SHARES.items()
         if one.values[name] > _FULL
@@ -362,9 +362,9 @@ def difference_table(worst: Sequence[MotorRequirement], other: Sequence[MotorReq
 
 def _cell(name: str, value: float, *, slides: bool) -> str:
     if slides and "rad" in UNITS[name]:
-        return f"{value:.3f}"
+        return fixed(value, 3)
     shown = value / _SCALES.get(name, 1.0)
-    return f"{shown:.1f}" if shown < 100.0 else f"{shown:.0f}"
+    return fixed(shown, 1) if shown < 100.0 else fixed(shown, 0)
 
 
 def _change(own: Mapping[str, float] | None, other: Mapping[str, float] | None, name: str) -> str:

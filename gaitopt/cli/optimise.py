@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gaitopt.bounds import rounded
+from gaitopt.bounds import fixed, rounded
 from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.config import Settings
 from gaitopt.cli.process import (
@@ -320,9 +320,9 @@ def _fastest_walk(request: Request, quiet: bool) -> tuple[Request, Design]:
 
     def tell(speed: float, found: Design | None) -> None:
         unit = request.task.cost_unit
-        result = "no walk" if found is None else f"J = {found.solution.cost:.1f} {unit}"
+        result = "no walk" if found is None else f"J = {fixed(found.solution.cost, 1)} {unit}"
         if not quiet:
-            _screen(stderr=True).print(f"{speed:.3f} m/s: {result}")
+            _screen(stderr=True).print(f"{fixed(speed, 3)} m/s: {result}")
 
     with stop_on_interrupt() as stop:
         best = fastest(
@@ -346,12 +346,12 @@ def _fastest_walk(request: Request, quiet: bool) -> tuple[Request, Design]:
 def limit_lines(best: Fastest) -> list[str]:
     """Return what ended the search, and a line for each constraint at its limit."""
     rows = [row for row in best.design.certificate.constraints if row.sentence in best.binding]
-    lines = [f"no walk was found at {best.refused:.3f} m/s"] if isfinite(best.refused) else []
-    lines += [f"at their limits at {best.speed:.3f} m/s:"] if rows else []
+    lines = [f"no walk was found at {fixed(best.refused, 3)} m/s"] if isfinite(best.refused) else []
+    lines += [f"at their limits at {fixed(best.speed, 3)} m/s:"] if rows else []
     lines += [f"- {_at_limit(row)}" for row in rows[:_MOST]]
     return lines + ([f"- and {len(rows) - _MOST} more"] if len(rows) > _MOST else [])
 
 
 def _at_limit(row: WorstRow) -> str:
-    when = "" if row.time is None else f" at {row.time:.3f} s"
+    when = "" if row.time is None else f" at {fixed(row.time, 3)} s"
     return f"{row.row}{when}: {rounded(row.value)} {row.unit}, limit {rounded(row.limit)}"

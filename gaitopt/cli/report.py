@@ -72,7 +72,7 @@ def _headline(facts: Any) -> RenderableType:
     verdict = ("certified", "bold green") if certified else ("not certified", "bold yellow")
     speed = facts["walk"]["speed_m_per_s"]
     name = printable(facts["robot"]["name"] or "") or "the robot"
-    return Rule(Text.assemble((f"{name} walks at {speed:.3f} m/s", "bold"), "  ", verdict))
+    return Rule(Text.assemble((f"{name} walks at {fixed(speed, 3)} m/s", "bold"), "  ", verdict))
 
 
 def _walk(facts: Any) -> Table:
@@ -86,12 +86,12 @@ def _walk(facts: Any) -> Table:
         "transport cost", f"{number(walk['mechanical_cost_of_transport'], '')} mechanical",
     )  # fmt: skip
     table.add_row(
-        "step", f"{walk['step_length_m']:.3f} m in {walk['step_duration_s']:.3f} s",
+        "step", f"{fixed(walk['step_length_m'], 3)} m in {fixed(walk['step_duration_s'], 3)} s",
         "mechanical work", f"{number(walk['mechanical_work_per_step_J'], 'J')} per step",
     )  # fmt: skip
     table.add_row(
         "robot", f"{number(robot['mass_kg'], 'kg', 4)}, legs {number(robot['leg_length_m'], 'm')}",
-        "cadence", f"{walk['steps_per_minute']:.0f} steps/min",
+        "cadence", f"{fixed(walk['steps_per_minute'], 0)} steps/min",
     )  # fmt: skip
     transport = walk["costs_of_transport"]
     electrical = transport["electrical"]
@@ -103,12 +103,14 @@ def _walk(facts: Any) -> Table:
         table.add_row("ground", walk["ground"], "load", printable(walk["load"]))
     if (begins := facts["contact"]["foot_turns_from_s"]) is not None:
         table.add_row(
-            "stance foot", f"turns from {begins:.3f} s",
+            "stance foot", f"turns from {fixed(begins, 3)} s",
             "angle as it leaves", f"{number(facts['contact']['foot_angle_rad'], 'rad')}",
         )  # fmt: skip
     if (flat := facts["contact"]["flat_from_s"]) is not None:
         angle = number(facts["contact"]["landing_angle_rad"], "rad")
-        table.add_row("landing", f"on the heel, flat at {flat:.3f} s", "angle at landing", angle)
+        table.add_row(
+            "landing", f"on the heel, flat at {fixed(flat, 3)} s", "angle at landing", angle
+        )
     return table
 
 
@@ -127,12 +129,12 @@ def _motors(motors: list[Mapping[str, Any]], *, bars: bool) -> Iterator[Table]:
             table.add_row(
                 printable(one["joint"]) if i % 2 == 0 else "",
                 one["leg"],
-                f"{one[words('peak_torque_Nm')]:.1f}",
-                f"{one[words('rms_torque_Nm')]:.1f}",
+                fixed(one[words("peak_torque_Nm")], 1),
+                fixed(one[words("rms_torque_Nm")], 1),
                 bar(one[words("torque_used")], one[words("torque_limit_Nm")], length),
-                f"{one[words('peak_speed_rad_per_s')]:.2f}",
+                fixed(one[words("peak_speed_rad_per_s")], 2),
                 bar(one["speed_used"], one[words("speed_limit_rad_per_s")], length),
-                f"{one['peak_power_W']:.0f}",
+                fixed(one["peak_power_W"], 0),
             )
         yield table
 
@@ -159,16 +161,19 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
         "friction\nused", "vertical\npush",
     )  # fmt: skip
     low, high = contact["least_vertical_force_N"], contact["largest_vertical_force_N"]
-    push = f"{impact['vertical_impulse_Ns']:.2f} N·s"
+    push = f"{fixed(impact['vertical_impulse_Ns'], 2)} N·s"
     push = "none, at zero speed" if impact["at_zero_speed"] else push
-    rows = [("stance foot", contact, f"{low:.0f} to {high:.0f} N"), ("landing foot", impact, push)]
+    rows = [
+        ("stance foot", contact, f"{fixed(low, 0)} to {fixed(high, 0)} N"),
+        ("landing foot", impact, push),
+    ]
     if (rear := impact["rear_foot"]) is not None:
         rows.append(("rear foot, impact", rear, f"{rear['vertical_impulse_Ns']:.2g} N·s"))
     if (flat := impact["foot_flat"]) is not None:
-        rows.append(("as it lies flat", flat, f"{flat['vertical_impulse_Ns']:.2f} N·s"))
+        rows.append(("as it lies flat", flat, f"{fixed(flat['vertical_impulse_Ns'], 2)} N·s"))
     if (front := contact["front_foot"]) is not None:
         low, high = front["least_vertical_force_N"], front["largest_vertical_force_N"]
-        rows.append(("front foot, both stand", front, f"{low:.0f} to {high:.0f} N"))
+        rows.append(("front foot, both stand", front, f"{fixed(low, 0)} to {fixed(high, 0)} N"))
     for name, facts, vertical in rows:
         edges = facts["cop_to_edge_mm"] or {}
         distances = [fixed(edges.get(edge), 1) for edge in ("front", "rear", "left", "right")]
@@ -176,9 +181,9 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
         table.add_row(name, *distances, used, vertical)
         for phase in contact["phases"] if facts is contact and len(contact["phases"]) > 1 else ():
             low, high = phase["least_vertical_force_N"], phase["largest_vertical_force_N"]
-            name = f"  {printable(phase['contact'])} from {phase['begin_s']:.3f} s"
+            name = f"  {printable(phase['contact'])} from {fixed(phase['begin_s'], 3)} s"
             used = share(phase["friction_used"], contact["friction_limit"])
-            table.add_row(name, "", "", "", "", used, f"{low:.0f} to {high:.0f} N")
+            table.add_row(name, "", "", "", "", used, f"{fixed(low, 0)} to {fixed(high, 0)} N")
     return table
 
 

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from gaitopt.bounds import fixed
 from gaitopt.contact import AFTER, Schedule, Symmetry
 from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
@@ -314,7 +315,7 @@ class WorstRow:
     @property
     def sentence(self) -> str:
         """The row in words."""
-        when = "" if self.time is None else f" at t = {self.time:.4f} s"
+        when = "" if self.time is None else f" at t = {fixed(self.time, 4)} s"
         return f"{self.row}{when}: {self.value:.5g} {self.unit}, allowed {self.limit:.5g}"
 
 

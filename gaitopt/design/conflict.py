@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.bounds import fixed
 from gaitopt.dataclass import dataclass
 from gaitopt.deprecation import Renamed
 from gaitopt.design.relaxation import EarlyStopping, Relaxation, RelaxedProgram
@@ -238,8 +239,9 @@ def _flat_feet(problem: WalkProblem) -> Contradictions:
         lacks = " and ".join(f"no {name}" for name in problem.robot.legs.missing)
         yield (
             "closure",
-            f"the legs cannot put both feet flat at a step of {problem.task.step_length:.3f} m: "
-            f"the nearest posture leaves {gap:.2g} m or rad, as the legs have {lacks} joint",
+            "the legs cannot put both feet flat at a step of "
+            f"{fixed(problem.task.step_length, 3)} m: the nearest posture leaves "
+            f"{gap:.2g} m or rad, as the legs have {lacks} joint",
         )
 
 
@@ -284,9 +286,9 @@ def _extension(problem: WalkProblem) -> Contradictions:
     if abs(task.step_length) > longest:
         yield (
             "leg length",
-            f"a step of {abs(task.step_length):.3f} m ({task.speed:g} m/s for {task.duration:g} s) "
-            f"is longer than legs span that extend to {most:g} of their length (leg_extension): at "
-            f"most {longest:.3f} m",
+            f"a step of {fixed(abs(task.step_length), 3)} m ({task.speed:g} m/s for "
+            f"{task.duration:g} s) is longer than legs span that extend to {most:g} of "
+            f"their length (leg_extension): at most {fixed(longest, 3)} m",
         )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
-from gaitopt.bounds import rounded
+from gaitopt.bounds import fixed, rounded
 from gaitopt.errors import SpecError
 from gaitopt.escape import printable
 from gaitopt.gait.assemble import GRAVITY_KEY
@@ -370,15 +370,15 @@ def _momentum(referee: Mapping[str, float]) -> str:
     """Return the vertical balance; a walk gains nothing, a transition may."""
     vertical, weight = referee["vertical"], referee["weight"]
     gained = vertical - weight
-    change = f" {'+ gain' if gained > 0.0 else '- loss'} {abs(gained):.3f}"
+    change = f" {'+ gain' if gained > 0.0 else '- loss'} {fixed(abs(gained), 3)}"
     # Of a walk, what the sides differ by is within the disagreement, on a slope nearly so.
     changes = abs(gained) > max(2.0 * referee["momentum"], MOMENTUM) * weight
-    return f"ground {vertical:.3f} = weight {weight:.3f}{change if changes else ''} N·s"
+    return f"ground {fixed(vertical, 3)} = weight {fixed(weight, 3)}{change if changes else ''} N·s"
 
 
 def _named(row: Mapping[str, Any]) -> str:
     """Return a row of the certificate in words."""
-    when = "" if row["time"] is None else f" at {row['time']:.4f} s"
+    when = "" if row["time"] is None else f" at {fixed(row['time'], 4)} s"
     value, limit = rounded(row["value"]), rounded(row["limit"])
     return f"{printable(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.bounds import is_finite, shown
+from gaitopt.bounds import fixed, is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.design.audit import (
     ROBOT_FACTS,
@@ -412,8 +412,9 @@ def _check_standing(robot: Robot, task: Task, still: Junction) -> None:
         if beyond.max() > 0.0:
             k = int(np.argmax(beyond))
             raise InputError(
-                f"the robot cannot stand so: {names[k]} is at {still.q[k]:.3f} rad, its range is "
-                f"{limits.lower[k]:.3f} to {limits.upper[k]:.3f} rad; give another --stretch"
+                f"the robot cannot stand so: {names[k]} is at {fixed(still.q[k], 3)} rad, its "
+                f"range is {fixed(limits.lower[k], 3)} to {fixed(limits.upper[k], 3)} rad; give "
+                "another --stretch"
             )
     torque = standing_torque(robot, still.q)
     most = imposed_limit(limits.torque, margins.torque_limit)

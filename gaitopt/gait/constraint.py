@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.bounds import USABLE, is_of_use, shown
+from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, did_you_mean
@@ -86,13 +86,29 @@ def margin(
         relax: `farthest` and `change` of the `Margin`.
         sine: whether it is the sine of an angle, so that an option takes degrees too.
         shown: other attributes of the option, as in `gaitopt.settings.Setting`, and its bounds.
+
+    Raises:
+        InputError: its bounds are the wrong way round, or `change` does not lead to `farthest`.
     """
+    if relax is not None:
+        _check_way(default, *relax)
     declared = Margin(words, unit, *(() if relax is None else relax))
     shown = {"limit": default is None, **shown}
     return field(
         default=default,
         metadata={_KEY: declared, **setting(help_text, SINE if sine else unit, **shown)},
     )
+
+
+def _check_way(default: float | None, farthest: float, change: float) -> None:
+    """Refuse a change that is none, or leads from the default away from the farthest."""
+    towards = 0.0 if default is None else farthest - default
+    if not (is_finite(farthest) and is_of_use(change) and change and towards * change >= 0.0):
+        begin = "a margin" if default is None else f"a margin of {default:g}"
+        raise InputError(
+            f"relax of {begin} is ({shown(farthest)}, {shown(change)}); give the farthest value, "
+            "then a change towards it that matters: relax=(0.0, -0.01) of a margin of 0.05"
+        )
 
 
 def declared_margins(owner: object) -> Mapping[str, Margin]:

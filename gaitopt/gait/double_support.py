@@ -20,6 +20,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import fixed
 from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
@@ -382,10 +383,10 @@ class InverseKinematicsSupport(DoubleSupport):
             q_start = self.kinematics.solve(pelvis, sole)
         except UnreachableError as error:
             raise UnreachableError(
-                f"{error} (pelvis height {geometry[PELVIS_HEIGHT]:.4f} m, "
-                f"pelvis {geometry[PELVIS_FORWARD]:+.4f} m forward of the stance toes, "
-                f"step length {geometry[STEP_LENGTH]:.4f} m, "
-                f"foot spacing {geometry[FOOT_SPACING]:.4f} m)"
+                f"{error} (pelvis height {fixed(geometry[PELVIS_HEIGHT], 4)} m, "
+                f"pelvis {geometry[PELVIS_FORWARD]:+.4g} m forward of the stance toes, "
+                f"step length {fixed(geometry[STEP_LENGTH], 4)} m, "
+                f"foot spacing {fixed(geometry[FOOT_SPACING], 4)} m)"
             ) from error
         legs = self.legs(pelvis, sole)
         found = Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import fixed
 from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import UnreachableError
@@ -345,9 +346,10 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
     share = 0.0 if task.double_support is None else task.double_support / task.duration
     if (1.0 + share) * abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
-            f"a step of {abs(step):.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer "
-            f"than the legs can span: at most {2.0 * _LONGEST * legs.reach / (1.0 + share):.3f} m; "
-            "ask for a lower speed or a shorter step duration"
+            f"a step of {fixed(abs(step), 3)} m ({task.speed:g} m/s for {task.duration:g} s) is "
+            "longer than the legs can span: at most "
+            f"{2.0 * _LONGEST * legs.reach / (1.0 + share):.3f} m; ask for a lower speed or a "
+            "shorter step duration"
         )
     # On a slope the hips stand over the middle, further from one of the feet.
     half, sine, longest = (

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gaitopt.bounds import is_finite
+from gaitopt.bounds import fixed, is_finite
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.constraints import Margins
@@ -235,7 +235,7 @@ def foreign_margins(robot: Robot, task: Task, remedy: str = "") -> str | None:
     remedy = remedy or f'preset_task("{HUMANOID}", robot, speed={task.speed:g})'
     return (
         f"the margins of this task are those of the thirteen-link biped: a least load of "
-        f"{usual.minimum_load:g} N, where {robot.name} weighs {robot.weight:.0f} N, and no limits "
-        f"of trunk, step width and gap between the legs; "
+        f"{usual.minimum_load:g} N, where {robot.name} weighs {fixed(robot.weight, 0)} N, and no "
+        f"limits of trunk, step width and gap between the legs; "
         f"{remedy} sizes them by the robot"
     )

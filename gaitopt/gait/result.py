@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.actuators.linkages import linkages_from_rows
-from gaitopt.bounds import INSTANTS, NUMBER, at_most
+from gaitopt.bounds import INSTANTS, NUMBER, at_most, fixed
 from gaitopt.contact import BOTH_FEET, FlatFoot
 from gaitopt.dataclass import dataclass, made_anew
 from gaitopt.errors import GaitFileError, GaitoptError, InputError, RobotError
@@ -439,8 +439,8 @@ class Gait(Recorded):
         certified = self.fact("certificate", "certified")
         proof = "" if certified is None else f", {'certified' if certified else 'not certified'}"
         return (
-            f"<Gait{'' if robot is None else f' of {robot!r}'}: {self.speed:.3f} m/s, "
-            f"{self.step_length:.3f} m in {self.duration:.3f} s"
+            f"<Gait{'' if robot is None else f' of {robot!r}'}: {fixed(self.speed, 3)} m/s, "
+            f"{fixed(self.step_length, 3)} m in {fixed(self.duration, 3)} s"
             f"{'' if cost is None else f', {cost:.6g} {self.cost_unit}'}{proof}>"
         )
 

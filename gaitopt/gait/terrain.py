@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.bounds import is_finite, shown
+from gaitopt.bounds import fixed, is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
@@ -310,7 +310,7 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
         if np.abs(profile.height(under)[0] - number * terrain.rise).max() > _LEVEL:
             raise InputError(
                 f"{what} is not level at {number * terrain.rise:g} m where the foot of step "
-                f"{number} stands, x from {under[0]:.3f} to {under[-1]:.3f} m"
+                f"{number} stands, x from {fixed(under[0], 3)} to {fixed(under[-1], 3)} m"
             )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from gaitopt.bounds import TIMES, at_most, is_finite, shown
+from gaitopt.bounds import TIMES, at_most, fixed, is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.spline import bernstein, spline_basis
@@ -251,7 +251,7 @@ class Trajectory:
         """Return it in one line: the whole of it is pages long."""
         return (
             f"<Trajectory of {self.body.name!r}: {len(self.phases)} phases in "
-            f"{self.step_duration:.3f} s, again after {self.period:.3f} s>"
+            f"{fixed(self.step_duration, 3)} s, again after {fixed(self.period, 3)} s>"
         )
 
     @property
@@ -531,7 +531,9 @@ class StepSequence(Trajectory):
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
-        return f"<StepSequence of {self.body.name!r}: {len(self.phases)} in {self.period:.3f} s>"
+        return (
+            f"<StepSequence of {self.body.name!r}: {len(self.phases)} in {fixed(self.period, 3)} s>"
+        )
 
     @property
     def period(self) -> float:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
+from gaitopt.bounds import fixed
 from gaitopt.contact import FlatFoot, PhaseEnd
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitFileError, InputError, RobotError
@@ -151,7 +152,8 @@ class Transition(Recorded):
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
         proof = "certified" if self.certified else "not certified"
-        return f"<Transition {self.words}: {len(self.steps)} steps, {self.duration:.3f} s, {proof}>"
+        steps = f"{len(self.steps)} steps, {fixed(self.duration, 3)} s"
+        return f"<Transition {self.words}: {steps}, {proof}>"
 
     @property
     def rests(self) -> bool:

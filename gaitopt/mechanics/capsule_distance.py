@@ -25,6 +25,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.bounds import fixed
 from gaitopt.dataclass import dataclass
 from gaitopt.mechanics.forward_kinematics import (
     ForwardKinematics,
@@ -372,11 +373,12 @@ class CapsulePairs:
         if not narrow:
             return ""
         named = [
-            f"{pair_name(self.kept[k])} {self.standing[k] * 1e3:.1f} mm" for k in narrow[:_TOLD]
+            f"{pair_name(self.kept[k])} {fixed(self.standing[k] * 1e3, 1)} mm"
+            for k in narrow[:_TOLD]
         ]
         rest = f", and {len(narrow) - _TOLD} wider pairs" if len(narrow) > _TOLD else ""
         return (
-            f"{option} asks for {asked * 1e3:.1f} mm {where}, but the robot has less when it "
+            f"{option} asks for {fixed(asked * 1e3, 1)} mm {where}, but the robot has less when it "
             f"stands; kept is what it has there: {', '.join(named)}{rest}"
         )
 

@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import fixed
 from gaitopt.errors import UnreachableError
 from gaitopt.mechanics.spatial import cross, cross_force_matrix, skew, solve, symmetric
 from gaitopt.model.joint_tree import TWIST
@@ -62,7 +63,7 @@ class LegKinematics:
         bend = self._bent(q)
         if bend.min() < 0.0:
             raise UnreachableError(
-                f"the search ended with a knee bent backwards by {-bend.min():.3f} rad; "
+                f"the search ended with a knee bent backwards by {fixed(-bend.min(), 3)} rad; "
                 "lower the pelvis or shorten the step"
             )
         return q
@@ -114,9 +115,10 @@ class LegKinematics:
             distance = math.hypot(*apart)  # infinite where a square would overflow
             if distance > legs.bound:
                 raise UnreachableError(
-                    f"the {name} leg is too short: hip and ankle are {distance:.4f} m apart, the "
-                    f"straight leg measures {legs.bound:.4f} m; lower the pelvis by at least "
-                    f"{distance - legs.bound:.4f} m or shorten the step"
+                    f"the {name} leg is too short: hip and ankle are {fixed(distance, 4)} m "
+                    f"apart, the straight leg measures {fixed(legs.bound, 4)} m; "
+                    f"lower the pelvis by at least {fixed(distance - legs.bound, 4)} m or shorten "
+                    "the step"
                 )
 
     def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3, own: Array | None = None) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import fixed
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import refuse_unsound
@@ -230,8 +231,8 @@ def size_doubts(chain: RootedChain, reach: float, sole: Sole, height: float) -> 
     findings = []
     if height < 0.0:
         text = (
-            f"the soles lie {-1e3 * height:.1f} mm above the ankles, where no foot has its own; "
-            "has the place of their shapes the wrong sign?"
+            f"the soles lie {fixed(-1e3 * height, 1)} mm above the ankles, where no foot has its "
+            "own; has the place of their shapes the wrong sign?"
         )
         findings.append(Finding("sole", "both feet", text, "warning"))
     if not _REACH[0] <= reach <= _REACH[1]:

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.bounds import NUMBER
+from gaitopt.bounds import NUMBER, fixed
 from gaitopt.dataclass import dataclass, made_anew
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import LEAST_MULTIPLIER, MOST_COEFFICIENT, MOST_POWER
@@ -131,7 +131,7 @@ class Multibody:
         """Return it in one line: the whole of it is pages long."""
         return (
             f"<Multibody {self.name!r}: {len(self.joint_names)} joints, {len(self.moving)} move, "
-            f"{self.mass.sum():.2f} kg>"
+            f"{fixed(self.mass.sum(), 2)} kg>"
         )
 
     @property

@@ -12,6 +12,7 @@ from typing import TypeVar, cast
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import fixed
 from gaitopt.dataclass import dataclass, made_anew
 from gaitopt.importers.reader import read_source
 from gaitopt.importers.report import Finding, as_before
@@ -163,7 +164,7 @@ class Robot:
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
         return (
-            f"<Robot {self.name!r}: {self.mass:.2f} kg, legs {self.legs.reach:.3f} m, "
+            f"<Robot {self.name!r}: {fixed(self.mass, 2)} kg, legs {fixed(self.legs.reach, 3)} m, "
             f"stands on {self.stance_sole!r}>"
         )
 

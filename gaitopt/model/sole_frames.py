@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import fixed
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshProblem
@@ -176,8 +177,8 @@ def _check_plane(stance: Stance, side: int, frame: pin.Frame, face: Rectangle) -
     if tilt > 10.0 * _ALIGNED or abs(above) > _OFF_PLANE * stance.leg:
         raise RobotError(
             f"frame '{frame.name}' is not in the plane of the sole with x forward and z up: it is "
-            f"turned by {tilt:.3g} rad and lies {above * 1e3:.1f} mm above the foot's lower face; "
-            "leave the sole frames out to have them found, or give the sole rectangle too"
+            f"turned by {tilt:.3g} rad and lies {fixed(above * 1e3, 1)} mm above the foot's lower "
+            "face; leave the sole frames out to have them found, or give the sole rectangle too"
         )
 
 
@@ -236,7 +237,8 @@ def _found_rectangle(
     """Return the rectangle of the shapes in a sole frame, and what is said of it."""
     sole, cut = face.seen_from(here.translation)
     drop = float(stance.ankles[0, 2] - here.translation[2])
-    text = f"{_described(sole)}, {drop * 1e3:.1f} mm below the ankle; found: {face.how}; in {where}"
+    below = f"{fixed(drop * 1e3, 1)} mm below the ankle"
+    text = f"{_described(sole)}, {below}; found: {face.how}; in {where}"
     doubts = (*face.doubts, *cut, *_other_choices(face, here.translation, sole, stance.leg))
     warnings = [Finding("sole", "both feet", doubt, "warning") for doubt in doubts]
     return sole, [Finding("sole", "both feet", text, how), *warnings]
@@ -277,8 +279,9 @@ def _drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) ->
     if abs(given - seen) <= _MEASURED * stance.leg:
         return []
     text = (
-        f"sole_drop is {given * 1e3:.1f} mm as given, but the lower faces of the feet were found "
-        f"{seen * 1e3:.1f} mm below the ankles; the given one counts; check it, it must be in m"
+        f"sole_drop is {fixed(given * 1e3, 1)} mm as given, but the lower faces of the feet were "
+        f"found {fixed(seen * 1e3, 1)} mm below the ankles; the given one counts; check it, it "
+        "must be in m"
     )
     return [Finding("sole", "both feet", text, "warning")]
 
@@ -306,7 +309,9 @@ def _unseen_sole(lost: Sequence[FileProblem | MeshProblem], frame: str | None) -
 
 
 def _described(sole: Sole) -> str:
+    edges = (sole.toe, -sole.heel, sole.left, -sole.right)
+    toe, heel, left, right = (fixed(edge * 1e3, 1) for edge in edges)
     return (
-        f"the sole reaches {sole.toe * 1e3:.1f} mm forward, {-sole.heel * 1e3:.1f} mm back, "
-        f"{sole.left * 1e3:.1f} mm left and {-sole.right * 1e3:.1f} mm right of its frame"
+        f"the sole reaches {toe} mm forward, {heel} mm back, {left} mm left and {right} mm right "
+        "of its frame"
     )

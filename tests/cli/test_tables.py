@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from gaitopt import load_gait
-from gaitopt.bounds import rounded
+from gaitopt.bounds import fixed, rounded
 from gaitopt.cli.display import ProgressDisplay, screen
 from gaitopt.cli.optimise import limit_lines
 from gaitopt.cli.process import StopRequest
@@ -33,6 +33,13 @@ def text_of(thing, width=100):
 )
 def test_numbers_that_are_zero_but_for_rounding_are_shown_as_zero(value, text):
     assert rounded(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.4, "0.400"), (-999999.0, "-999999.000"), (-4e8, "-4e+08")]
+)
+def test_numbers_that_are_huge_have_four_digits(value, text):
+    assert fixed(value, 3) == text
 
 
 def fastest_with(rows, refused=1.25):

@@ -240,6 +240,7 @@ def test_the_error_carries_what_is_known():
         ({"knee_flexion": 2.7}, "knee", "_knee bends by at most 2.6 rad; .* at least 2.7 rad"),
         ({"step_width": 0.14}, "lateral", "at most 0.14 m apart .* at least 0.146 m are needed"),
         ({"speed": 3.0}, "leg length", r"a step of 1.200 m .* at most 1.164 m"),
+        ({"speed": 1e9}, "leg length", r"a step of 4e\+08 m \(1e\+09 m/s for"),
         ({"speed": 2.5, "leg_extension": 0.5}, "leg length", r"1.000 m .*leg_extension.* most 0"),
         ({"clearance": 0.9}, "clearance", r"clearance of 0.9 m .* to where the hips are, 0\.\d+ m"),
     ],
