@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.errors import GaitoptError, reason_of
+
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing.process import BaseProcess
@@ -78,6 +80,22 @@ def worker_context() -> Any:
     import multiprocessing  # which most commands do without
 
     return multiprocessing.get_context("fork" if can_be_copied() else "spawn")
+
+
+@contextmanager
+def starting_processes() -> Iterator[None]:
+    """Tell in words that the system has no further process, pipe or lock to give.
+
+    Raises:
+        GaitoptError: it has none.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise GaitoptError(
+            f"no worker can be started: {reason_of(error)}; ask for fewer workers, or end other "
+            "programs"
+        ) from error
 
 
 def copy_that_does(work: Callable[[], object]) -> BaseProcess | None:

@@ -31,7 +31,13 @@ from gaitopt.design.pipeline import (
     is_walk,
     without_impact,
 )
-from gaitopt.design.process import copy_that_does, serve_parent, shut_down, tune_process
+from gaitopt.design.process import (
+    copy_that_does,
+    serve_parent,
+    shut_down,
+    starting_processes,
+    tune_process,
+)
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
@@ -160,7 +166,7 @@ def many_starts(
         NoGaitFoundError: none of the starts led to a walk; with a `diagnosis`.
         UnreachableError: the step asked for is longer than the legs.
         StoppedError: `stop` said so before there was a walk.
-        GaitoptError: a worker process died.
+        GaitoptError: a worker process died, or cannot be started.
     """
     _check(count, seed, sigma, workers)
     task, options = task or preset_task(robot=robot), options or DesignOptions()
@@ -601,7 +607,7 @@ def outcomes_of(
         second: the second start, if it is being made; by one worker only.
 
     Raises:
-        GaitoptError: a worker process died.
+        GaitoptError: a worker process died, or cannot be started.
     """
     stop = search.stop
     if workers == 1:
@@ -623,13 +629,15 @@ def outcomes_of(
     from concurrent.futures.process import BrokenProcessPool
 
     context = multiprocessing.get_context("spawn")
-    stopped = context.Event()
     complete = False
-    pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(stopped,))
+    with starting_processes():
+        stopped = context.Event()
+        pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(stopped,))
     try:
-        futures = [
-            pool.submit(_run_in_worker, job, search.options, number) for number in range(count)
-        ]
+        with starting_processes():
+            futures = [
+                pool.submit(_run_in_worker, job, search.options, number) for number in range(count)
+            ]
         for future in futures:
             while not (future.done() or stop()):
                 wait([future], timeout=ASKED_EVERY)

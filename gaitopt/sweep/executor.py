@@ -1,9 +1,7 @@
-"""Jobs of a sweep, and workers of Dask on other machines that do them.
+"""Jobs of a sweep, and who does them: processes on this machine, or workers of Dask on others.
 
-Only the sweep itself writes; workers take a job and send back what came of it. A job of a Dask
-worker that dies is given to another.
-
-Processes on this machine that do the jobs of a sweep, one each.
+Only the sweep itself writes; workers take a job and send back what came of it. A job whose worker
+dies is given to another.
 """
 
 from __future__ import annotations
@@ -31,11 +29,18 @@ from gaitopt.design.process import (
     serve_parent,
     shut_down,
     small_matrices,
+    starting_processes,
     tune_process,
     without_ctrl_c,
     worker_context,
 )
-from gaitopt.errors import InputError, MissingExtraError, NoGaitFoundError, UnreachableError
+from gaitopt.errors import (
+    GaitoptError,
+    InputError,
+    MissingExtraError,
+    NoGaitFoundError,
+    UnreachableError,
+)
 from gaitopt.gait.gait_file import gait_bytes
 from gaitopt.settings import checked_arguments
 from gaitopt.sweep.continuation import Line, Neighbour, WarmStart, continue_from, finish
@@ -43,6 +48,7 @@ from gaitopt.sweep.grid import Index, Scenario
 from gaitopt.sweep.table import Row, gait_row
 
 ATTEMPTS = 3  # of a job whose worker dies
+_DEADLY = "a job ended with the death of every worker that took it; is there enough memory?"
 _COLLECTED_AFTER = 20_000
 """Objects after which a worker looks for cycles; Python's 700 come with every evaluation, and the
 search takes a thirtieth of the time."""
@@ -73,6 +79,9 @@ class LocalWorkers(Executor):
         """Have a call made by the next worker that is free.
 
         The future raises BrokenExecutor where the call brought down one worker after another.
+
+        Raises:
+            GaitoptError: no worker can be started.
         """
         future: Future[Any] = Future()
         self._hand_on(future, partial(fn, *args, **kwargs), 1)
@@ -80,10 +89,10 @@ class LocalWorkers(Executor):
 
     def _hand_on(self, future: Future[Any], call: Callable[[], Any], attempt: int) -> None:
         while True:
-            with self._lock:
+            with self._lock, starting_processes():
                 pool = self._pool = self._pool or self._started()
             try:
-                with without_ctrl_c():
+                with without_ctrl_c(), starting_processes():
                     inner = pool.submit(call)  # the first one starts the processes
                 break
             except BrokenExecutor:  # a worker has died while nobody looked
@@ -105,11 +114,13 @@ class LocalWorkers(Executor):
         if isinstance(error, BrokenExecutor):
             self._forget(pool)
             if attempt < ATTEMPTS:
-                self._hand_on(future, call, attempt + 1)
-                return
-            error = BrokenExecutor(
-                "a job ended with the death of every worker that took it; is there enough memory?"
-            )
+                try:
+                    self._hand_on(future, call, attempt + 1)
+                    return
+                except GaitoptError as none_to_be_had:  # raised here it would be lost
+                    error = none_to_be_had
+            else:
+                error = BrokenExecutor(_DEADLY)
         if not future.set_running_or_notify_cancel():
             return
         if error is None:
@@ -312,9 +323,7 @@ class DaskExecutor(Executor):
         try:
             outcome = remote.result()
         except KilledWorker:
-            error: BaseException = BrokenExecutor(
-                "a job ended with the death of every worker that took it; is there enough memory?"
-            )
+            error: BaseException = BrokenExecutor(_DEADLY)
         except (CancelledError, OSError):
             error = BrokenExecutor("the connection to the scheduler was lost")
         except BaseException as raised:  # whatever the call raised is raised here

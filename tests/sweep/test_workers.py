@@ -13,7 +13,8 @@ import pytest
 from sweeps import QUICK, SPEEDS, costs, gaits, quick_task
 
 from gaitopt.design.process import shut_down, without_ctrl_c
-from gaitopt.errors import InputError
+from gaitopt.design.starts import many_starts
+from gaitopt.errors import GaitoptError, InputError
 from gaitopt.sweep import executor as workers_module
 from gaitopt.sweep.executor import FINISH, LocalWorkers, local_workers
 from gaitopt.sweep.scheduler import sweep
@@ -82,6 +83,33 @@ def test_a_job_that_kills_every_worker_is_told():
         with pytest.raises(BrokenExecutor, match="death of every worker that took it"):
             executor.submit(killed, 1).result()
         assert executor.submit(abs, -1).result() == 1
+
+
+class Dead(ProcessPoolExecutor):
+    """A pool whose worker dies with every job."""
+
+    def submit(self, *_):
+        job = Future()
+        job.set_exception(BrokenExecutor())
+        return job
+
+
+def test_without_further_processes_it_is_told(robot, monkeypatch):
+    def none(*_, **__):
+        raise OSError(24, "Too many open files")
+
+    said = "no worker can be started: too many open files; ask for fewer workers"
+    monkeypatch.setattr("concurrent.futures.ProcessPoolExecutor", none)
+    with pytest.raises(GaitoptError, match=said):
+        many_starts(robot, count=2, workers=2)
+    pools = iter([Dead, none])
+    monkeypatch.setattr(workers_module, "ProcessPoolExecutor", lambda *a, **k: next(pools)(*a, **k))
+    with LocalWorkers(1) as workers:
+        with pytest.raises(GaitoptError, match=said):  # when the job is given to another one
+            workers.submit(print).result(timeout=60)
+        monkeypatch.setattr(workers_module, "ProcessPoolExecutor", none)
+        with pytest.raises(GaitoptError, match=said):
+            workers.submit(print)
 
 
 @pytest.mark.parametrize("end", ["by itself", "at once"])
