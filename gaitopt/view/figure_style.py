@@ -51,6 +51,7 @@ _STYLE: Any = {
     "axes.titlesize": 9.5,
     "axes.titley": 1.0,  # else each draw measures all labels to keep the title off them
     "axes.labelsize": 9.0,
+    "axes.formatter.useoffset": False,  # a factor of the numbers can be told with their unit
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.8,
@@ -195,6 +196,8 @@ def rendered(figure: Figure, kind: str) -> bytes:
             _lay_out(figure)
         else:  # left to savefig, it would draw everything once more to lay it out
             engine.execute(figure)
+            if sum(_name_factor(axis) for one in figure.axes for axis in (one.xaxis, one.yaxis)):
+                engine.execute(figure)
             figure.set_layout_engine("none")
         if kind == "png":
             canvas: Any = figure.canvas
@@ -202,6 +205,28 @@ def rendered(figure: Figure, kind: str) -> bytes:
             return _png(np.asarray(canvas.buffer_rgba()), figure.dpi)
         figure.savefig(buffer, format=kind, **_WRITTEN[kind])
     return buffer.getvalue()
+
+
+def _name_factor(axis: Axis) -> bool:
+    """Tell a factor of an axis's numbers, if it has one, in its label; return whether it has.
+
+    Matplotlib writes it above the axis, where it lies on the title.
+    """
+    formatter = axis.get_major_formatter()
+    formatter.format_ticks(axis.get_majorticklocs())  # type: ignore[arg-type]
+    factor = formatter.get_offset() if axis.get_visible() else ""
+    if factor:
+        axis.get_offset_text().set_visible(False)
+        axis.set_label_text(_with_factor(axis.get_label_text(), factor))
+    return bool(factor)
+
+
+def _with_factor(label: str, factor: str) -> str:
+    """Return a label with a factor before its unit: "torque [1e6 N·m]"."""
+    words, bracket, unit = label.removesuffix("]").rpartition("[")
+    if not bracket:
+        words, unit = f"{label} " if label else "", "-"
+    return f"{words}[{factor}]" if unit == "-" else f"{words}[{factor} {unit}]"
 
 
 _INCHES = 39.3701  # in a metre
@@ -258,8 +283,7 @@ _NEAR = 1e-9  # of what is seen: numbers so near its ends are shown
 def _draw_scale(axes: Any, axis: Axis) -> float:
     """Draw ticks, grid, numbers and label of an axis as few objects; the axis itself no more.
 
-    Matplotlib makes five objects of each tick, which took two thirds of the time of a figure. An
-    axis that tells a factor of its numbers stays as it is.
+    Matplotlib makes five objects of each tick, which took two thirds of the time of a figure.
 
     Returns:
         The space that it needs beside the panel [points]; 0 where it was drawn before.
@@ -269,8 +293,7 @@ def _draw_scale(axes: Any, axis: Axis) -> float:
         return 0.0
     places: Any = np.asarray(axis.get_majorticklocs())
     words = formatter.format_ticks(places)
-    if formatter.get_offset():
-        return _INCH * _LEFT
+    factor = formatter.get_offset()
     axis.set_visible(False)
     low, high = axis.get_view_interval()
     inside = np.abs(places - 0.5 * (low + high)) <= (0.5 + _NEAR) * abs(high - low)
@@ -292,6 +315,7 @@ def _draw_scale(axes: Any, axis: Axis) -> float:
     axes.add_artist(ticks)
     away, label = _TICK, axis.get_label_text()
     if shown["labelbottom" if x else "labelleft"] and words:
+        label = _with_factor(label, factor) if factor else label
         style: Any = {"transform": where, "va": vertical, "ha": horizontal, "fontsize": 8.0}
         texts = [
             axes.text(*(place, 0.0)[::turned], word, **style)

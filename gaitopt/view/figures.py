@@ -21,6 +21,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
 from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.bounds import fixed
 from gaitopt.design.summary import group_name, joint_groups
 from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.assemble import GRAVITY_KEY
@@ -180,12 +181,17 @@ def draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
         return []
     used = np.abs(values).max(axis=0) / limits
     colour = LIMIT if used.max() >= 0.999 else "#555555"
-    share = f"limit {limit:.4g}: {' / '.join(f'{100.0 * one:.0f} %' for one in used)}"
+    share = f"limit {limit:.4g}: {' / '.join(map(_percent, used))}"
     near = [side * limit for side in (-1, 1) if limit < _FAR * (side * values).max()]
     axes.set_title(share, loc="right", fontsize=7.5, color=colour)
     for line in near:
         axes.axhline(line, color=LIMIT, linestyle="--", linewidth=1.0, label="limit")
     return near
+
+
+def _percent(share: float) -> str:
+    """Return a share in few characters: there is not much room beside the name of a joint."""
+    return f"{100.0 * share:.0f} %" if share < 9.995 else ">999 %"
 
 
 def scale(axes: Axes, shown: Array, largest: float) -> None:
@@ -482,7 +488,7 @@ def cop_figure(gait: Gait) -> Figure:
     flat = np.concatenate([own.cop[own.flat] for own in gait.steps])
     low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
     margin = min((flat - low).min(), (high - flat).min())  # beyond, it is at an edge by intent
-    title = f"Centre of pressure in the stance sole; nearest edge {1000.0 * margin:.1f} mm"
+    title = f"Centre of pressure in the stance sole; nearest edge {fixed(1000.0 * margin, 1)} mm"
     height = _COP_INSIDE * wide / long  # as high as the sole needs, else a band stays empty
     size = (_COP_WIDTH, float(np.clip(height, *_COP_HEIGHTS)) + _COP_TEXT)
     figure, (axes,) = panelled(size, title, right=_COP_RIGHT)
@@ -513,13 +519,14 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
             late = own.time[own.time > own.knots[-1]]
             both = own.front_wrench_at(late)[:, 2]
             axes.plot(late, both, color=STANCE, linestyle="--", label=f"front foot $f_z${later}")
-    axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=f"mean $f_z$ {mean:.1f} N")
+    told = f"mean $f_z$ {fixed(mean, 1)} N"
+    axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=told)
     mass = gait.number("mass")
     if mass is not None:
         gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
         weight = mass * gravity - (gait.number("physics", "carried_weight_N") or 0.0)
         axes.axhline(
-            weight, color=TRUNK, linewidth=1.0, linestyle=":", label=f"weight {weight:.1f} N"
+            weight, color=TRUNK, linewidth=1.0, linestyle=":", label=f"weight {fixed(weight, 1)} N"
         )
     label_axes(axes, "", "force [N]")
     _mark_phases(axes, gait)

@@ -17,6 +17,7 @@ from transitions import from_rest
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.design.requirements import own_motor_loops
 from gaitopt.design.summary import motor_summaries
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
@@ -24,7 +25,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.robot import Robot
-from gaitopt.view.comparison_figures import MOST
+from gaitopt.view.comparison_figures import MOST, torque_speed_figure
 from gaitopt.view.figure_style import LIMIT, rendered, styled
 from gaitopt.view.figures import (
     FIGURES,
@@ -226,7 +227,7 @@ def longest_words(robot):
     return gait_at(WalkProblem(robot, task), first_guess(WalkProblem(robot, task)), {})
 
 
-@pytest.mark.parametrize("kind", [1e-3, 1.0, 10.0, 1e3, "stride", "transition"])
+@pytest.mark.parametrize("kind", [1e-9, 1e-3, 1.0, 1e3, 2e6, "stride", "transition"])
 def test_no_text_is_cut_off_or_lies_on_another(kind, request):
     gait = scaled(kind) if isinstance(kind, float) else None
     if gait is None:
@@ -235,14 +236,30 @@ def test_no_text_is_cut_off_or_lies_on_another(kind, request):
     for name in TRANSITION_FIGURES if kind == "transition" else FIGURES:
         figure = make_figure(gait, name)
         rendered(figure, "png")
-        boxes = boxes_of_texts(figure)
-        assert len(boxes) > 15
-        for text, box in boxes.items():
-            corners = np.array([box.min, figure.bbox.max - box.max])
-            assert corners.min() > 0.0, (name, text)
-        for (one, a), (other, b) in combinations(boxes.items(), 2):
-            shared = np.minimum(a.max, b.max) - np.maximum(a.min, b.min)
-            assert shared.min() < 1.0, (name, one, other)
+        assert len(boxes_of_texts(figure)) > 15
+        check_texts(figure)
+
+
+def check_texts(figure):
+    boxes = boxes_of_texts(figure)
+    for text, box in boxes.items():
+        corners = np.array([box.min, figure.bbox.max - box.max])
+        assert corners.min() > 0.0, text
+    for (one, a), (other, b) in combinations(boxes.items(), 2):
+        shared = np.minimum(a.max, b.max) - np.maximum(a.min, b.min)
+        assert shared.min() < 1.0, (one, other)
+
+
+def test_a_factor_of_the_numbers_stands_before_their_unit():
+    torques = rendered(make_figure(scaled(2e6), "torques"), "svg").decode()
+    assert "torque [1e7 N·m]" in torques
+    assert ">1e7<" not in torques
+    loops = [replace(one, torque=2e6 * one.torque) for one in own_motor_loops(sample_gait())]
+    with styled():
+        figure = torque_speed_figure({"walk": loops})
+    rendered(figure, "png")
+    assert "torque [1e8 N·m]" in {axes.get_ylabel() for axes in figure.axes}
+    check_texts(figure)
 
 
 @pytest.mark.parametrize("name", FIGURES)
