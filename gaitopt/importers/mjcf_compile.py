@@ -47,6 +47,7 @@ _VECTORS = {
     "refpos", "refquat", "anchor", "relpose",
 }  # fmt: skip
 """Attributes that are places, directions, turns and sizes."""
+_HOLDING_BODIES = ("body", "attach", "composite", "flexcomp")
 _COPYING_TAGS = ("replicate", "composite", "flexcomp")
 _STAND_IN_MESH = (
     ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
@@ -351,8 +352,15 @@ def check_magnitudes(tree: XmlTree) -> None:
     Raises:
         RobotError: naming the element and its attribute.
     """
-    ways = (".//light", ".//camera", ".//geom[@type='plane']", "worldbody/geom", "worldbody/site")
+    ways = (
+        ".//light", ".//camera", ".//geom[@type='plane']", "worldbody/geom", "worldbody/site",
+        "asset/hfield",
+    )  # fmt: skip
     free = {element for way in ways for element in tree.root.iterfind(way)}
+    for way in ("worldbody/frame", "worldbody/replicate"):
+        for group in tree.root.iterfind(way):
+            if not any(element.tag in _HOLDING_BODIES for element in group.iter()):
+                free.update(group.iter())
     for element in tree.root.iter():
         for name in () if element in free else _VECTORS & element.attrib.keys():
             if any(SIZE <= abs(value) < math.inf for value in as_numbers(element.attrib[name])):

@@ -20,7 +20,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.polynomial import Polynomial
 
-from gaitopt.bounds import ARMATURE
+from gaitopt.bounds import ARMATURE, SIZE
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.physics import Tie, fault_of_tie, ties_to_masters
 from gaitopt.units import motion_words
@@ -272,6 +272,13 @@ def _joint_fault(joint: CompiledJoint) -> str:
         )
     if min(joint.armature, joint.friction, *joint.damping[:1], *joint.stiffness[:1]) < 0.0:
         return "its armature, damping, frictionloss and stiffness may not be below 0; correct them"
+    given = {
+        "damping": joint.damping, "frictionloss": (joint.friction,), "stiffness": joint.stiffness,
+        "springref": (joint.rest,), "ref": (joint.ref,),
+    }  # fmt: skip
+    for name, values in given.items():
+        if (largest := max(map(abs, values), default=0.0)) >= SIZE:
+            return f"its {name} is {largest:g}; it must be below {SIZE:g}; correct it"
     if joint.armature > ARMATURE:
         unit = motion_words("kg·m²", slides=joint.kind == "slide")
         return f"its armature is {joint.armature:g} {unit}; at most {ARMATURE:g} {unit}; correct it"

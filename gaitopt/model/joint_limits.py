@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.bounds import NUMBER, USABLE
 from gaitopt.dataclass import dataclass
 from gaitopt.importers.report import Finding, How
 from gaitopt.model.import_options import LIMIT_UNITS
@@ -114,6 +115,11 @@ def _without_placeholders(
             f"the {field} limit of '{name}' is {value} {unit}; it must be > 0"
             for name, value in zip(names, given, strict=True)
             if value < 0.0 or np.isnan(value)
+        ]
+        faults += [
+            f"the {field} limit of '{name}' is {value:g} {unit}; it must be {USABLE}, or absent"
+            for name, value in zip(names, given, strict=True)
+            if 0.0 < value < 1.0 / NUMBER
         ]
         free = ~(given > 0.0) | (given > most)
         values[field] = np.where(free, np.inf, given)

@@ -302,6 +302,13 @@ def test_a_dead_mesh_does_not_stop_reading(robot, capfd):
 
 
 @pytest.mark.parametrize(("attribute", "field"), [("effort", "torque"), ("velocity", "speed")])
+def test_a_limit_of_nearly_nothing_is_refused(attribute, field):
+    edit = both(lambda side: on("joint", f"{side}_knee", "limit", **{attribute: "1e-200"}))
+    with pytest.raises(RobotError, match=f"the {field} limit of 'left_knee' is 1e-200 .* between"):
+        Robot.from_urdf(edited_urdf(edit))
+
+
+@pytest.mark.parametrize(("attribute", "field"), [("effort", "torque"), ("velocity", "speed")])
 def test_a_limit_that_is_not_given_is_told(attribute, field, capfd):
     edit = both(lambda side: on("joint", f"{side}_knee", "limit", **{attribute: None}))
     robot = Robot.from_urdf(edited_urdf(edit))

@@ -150,6 +150,16 @@ DAMAGE = {
     "armature of a ship": (
         joint(armature="1e4"), "1e4", f"{KNEE_SAYS}its armature is 10000 kg·m²; at most 1000 kg·m²"
     ),
+    "damping of a planet": (
+        joint(damping="1e200"), "1e200", rf"{KNEE_SAYS}its damping is 1e\+200; it must be below 1e"
+    ),
+    "friction of a planet": (
+        joint(frictionloss="1e9"), "1e9", f"{KNEE_SAYS}its frictionloss is 1e.09; it must be below"
+    ),
+    "spring of a planet": (
+        joint(stiffness="1e200"), "1e200", f"{KNEE_SAYS}its stiffness is 1e.200; it must be below"
+    ),
+    "ref of many turns": (joint(ref="1e200"), "1e200", f"{KNEE_SAYS}its ref is 1e.200; it must"),
     "armature is nan": (joint(armature="nan"), "nan", f"{KNEE_SAYS}its armature is 'nan'"),
     "armature is infinite": (joint(armature="inf"), "inf", f"{KNEE_SAYS}not all of its numbers"),
     "damping is text": (joint(damping="low"), "low", f"{KNEE_SAYS}{MUJOCO}.*attribute 'damping'"),
@@ -173,6 +183,10 @@ DAMAGE = {
     ),
     "axis is nan": (joint(axis="nan 0 1"), "nan", f"{KNEE_SAYS}its axis is 'nan 0 1'{NO_NUMBER}"),
     "axis is zero": (joint(axis="0 0 0"), "0 0 0", f"{KNEE_SAYS}{MUJOCO}axis too small in joint"),
+    "body in a frame far away": (
+        added("worldbody", "<frame pos='1e10 0 0'><body/></frame>"), "1e10",
+        f"<frame>: its pos is '1e10 0 0'{LARGE}",
+    ),
     "joint at nan": (joint(pos="0 0 nan"), "nan", f"{KNEE_SAYS}its pos is '0 0 nan'{NO_NUMBER}"),
     "turned by zero": (body(quat="0 0 0 0"), "0 0 0 0", f"{SHIN_SAYS}{MUJOCO}zero quaternion"),
     "turned by three": (body(quat="1 0 0"), "1 0 0", f"{SHIN_SAYS}{MUJOCO}attribute 'quat' {FEW}"),
@@ -337,6 +351,11 @@ def test_a_body_of_nothing_needs_one_fixed_to_it(sound):
         added("worldbody", "<light pos='0 0 1e10'/>", "<geom type='box' size='1 1 1e10'/>"),
         added(f".//body[@name='{SHIN}']", "<camera pos='1e10 0 0'/>"),
         motor(ctrlrange="-1e10 1e10"),
+        added("worldbody", "<frame pos='1e10 0 0'><geom size='1e10' pos='0 1e200 0'/></frame>"),
+        together(
+            added(".", "<asset><hfield name='field' nrow='2' ncol='2' size='1e10 1 1 1'/></asset>"),
+            added("worldbody", "<geom type='hfield' hfield='field'/>"),
+        ),
     ],
 )
 def test_ground_lights_and_ranges_may_be_large(sound, edit):
