@@ -132,7 +132,13 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module 'gaitopt' has no attribute '{name}'")
     if _HOMES[name] != "gaitopt.errors":
         import_module("gaitopt.pinocchio_check").require_pinocchio()
-    value: object = getattr(import_module(_HOMES[name]), name)
+    try:
+        value: object = getattr(import_module(_HOMES[name]), name)
+    except ModuleNotFoundError as error:
+        errors = import_module("gaitopt.errors")
+        if said := errors.missing_package(error):
+            raise errors.InputError(said) from error
+        raise
     globals()[name] = value
     return value
 

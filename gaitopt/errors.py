@@ -108,6 +108,20 @@ class MissingExtraError(InputError):
         )
 
 
+def missing_package(error: Exception) -> str:
+    """Return what to do about a package that is not installed though gaitopt needs it.
+
+    Empty where an error is of another kind. That of an optional one is a `MissingExtraError`.
+    """
+    name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
+    if name in ("", "gaitopt"):
+        return ""
+    return (
+        f"the package {name} is not installed, which gaitopt needs; run: pip install gaitopt (in a "
+        "clone of gaitopt: pip install .), which installs what is missing"
+    )
+
+
 class EvaluationError(GaitoptError):
     """The problem has no value at a trial point (the solvers then try a shorter step)."""
 

@@ -3,11 +3,15 @@
 import os
 import subprocess
 import sys
+from importlib import import_module
 
 import pytest
 from places import ROOT
+from sample_gait import sample_gait
 
-from gaitopt.errors import InputError
+import gaitopt
+from gaitopt import save_gait
+from gaitopt.errors import InputError, missing_package
 from gaitopt.pinocchio_check import require_pinocchio
 
 
@@ -50,6 +54,48 @@ from gaitopt.cli import main
 sys.argv = ["gaitopt", "inspect"]
 main()
 """
+
+
+WITHOUT = """
+import sys
+sys.modules[sys.argv[1]] = None
+from gaitopt.cli import main
+sys.argv = ["gaitopt", *sys.argv[2:]]
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("package", "words"),
+    [
+        ("typer", ["robots"]),
+        ("matplotlib", ["plot", "GAIT", "-o", "figures"]),
+        ("PIL", ["play", "GAIT"]),
+    ],
+)
+def test_another_package_that_is_missing_is_told(tmp_path, package, words):
+    gait = save_gait(sample_gait(), tmp_path / "walk.npz")
+    words = [str(gait) if word == "GAIT" else word for word in words]
+    found = subprocess.run(
+        [sys.executable, "-c", WITHOUT, package, *words], cwd=tmp_path, capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True, check=False, timeout=100,
+    )  # fmt: skip
+    assert found.returncode == 2, found.stderr
+    said = f"error: the package {package} is not installed, which gaitopt needs; run: pip install"
+    assert found.stderr.startswith(said)
+
+
+def test_it_is_told_to_programs_too(monkeypatch):
+    def missing(name):
+        raise ModuleNotFoundError(name=f"{name}.figure")
+
+    monkeypatch.setattr(gaitopt, "import_module", lambda name: missing("matplotlib")
+                        if name == "gaitopt.view.figures" else import_module(name))  # fmt: skip
+    monkeypatch.delitem(vars(gaitopt), "write_figures", raising=False)
+    with pytest.raises(InputError, match="the package matplotlib is not installed, which gaitopt"):
+        _ = gaitopt.write_figures
+    assert missing_package(ModuleNotFoundError(name="gaitopt.viw")) == ""  # a slip of our own
+    assert missing_package(ImportError(name="matplotlib")) == ""  # it is there, but broken
 
 
 def test_none_is_told(monkeypatch):

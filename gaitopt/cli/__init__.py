@@ -13,7 +13,7 @@ import signal
 from collections.abc import Iterable
 from types import FrameType
 
-INTERRUPTED = 130
+BAD_INPUT, INTERRUPTED = 2, 130
 LIKE_CTRL_C = ("SIGTERM", "SIGHUP")  # the second is not on every system
 _ALL = ("SIGINT", *LIKE_CTRL_C)
 _EARLY = b"error: interrupted before it had begun; nothing was written\n"
@@ -35,8 +35,15 @@ def main() -> None:
     answer_signals(_quit, _ALL)
     gc.set_threshold(_OBJECTS)  # a walk makes few cycles, and classes of modules stay
     atexit.register(gc.freeze)  # as at the end: 7 % of a command went into that (measured)
-    from gaitopt.cli.app import run
+    try:
+        from gaitopt.cli.app import run
+    except ModuleNotFoundError as error:
+        from gaitopt.errors import missing_package
 
+        if not (said := missing_package(error)):
+            raise
+        os.write(2, f"error: {said}\n".encode())
+        raise SystemExit(BAD_INPUT) from error
     run()
 
 

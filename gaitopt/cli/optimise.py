@@ -48,6 +48,7 @@ from gaitopt.errors import (
     NoGaitFoundError,
     StoppedError,
     UnreachableError,
+    missing_package,
 )
 from gaitopt.gait.presets import ROBUST
 from gaitopt.gait.problem import MakeProgress
@@ -190,12 +191,13 @@ def _all_written(results: Iterator[Path], gait: Gait, output: Path) -> list[Path
     except KeyboardInterrupt as error:
         print_error(f"interrupted while the results were written; {_there(written, output)}")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
-    except (GaitoptError, OSError) as error:
+    except (GaitoptError, OSError, ModuleNotFoundError) as error:
+        reason = missing_package(error) or str(error)
         if written:
-            raise InputError(f"{error}; {_there(written, output)}") from error
+            raise InputError(f"{reason}; {_there(written, output)}") from error
         kept = save_elsewhere(gait)
         where = "and could be kept nowhere else" if kept is None else f"it is kept in '{kept}'"
-        raise InputError(f"{error}; the gait was found all the same, {where}") from error
+        raise InputError(f"{reason}; the gait was found all the same, {where}") from error
     return written
 
 

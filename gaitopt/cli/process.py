@@ -24,8 +24,14 @@ from typing import TextIO
 
 import typer
 
-from gaitopt.cli import INTERRUPTED, LIKE_CTRL_C, answer_signals, leave_with
-from gaitopt.errors import GaitoptError, IdleOptionError, InputError, reason_of
+from gaitopt.cli import BAD_INPUT, INTERRUPTED, LIKE_CTRL_C, answer_signals, leave_with
+from gaitopt.errors import (
+    GaitoptError,
+    IdleOptionError,
+    InputError,
+    missing_package,
+    reason_of,
+)
 from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
 
@@ -38,7 +44,7 @@ class ExitCode(IntEnum):
 
     OK = 0
     NOT_CERTIFIED = 1
-    BAD_INPUT = 2
+    BAD_INPUT = BAD_INPUT
     NO_GAIT = 3
     INTERRUPTED = INTERRUPTED
 
@@ -70,9 +76,12 @@ def errors_reported(*, robots: bool = True) -> Iterator[None]:
         print_error("interrupted before it was done; every file that was written is complete")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
     except Exception as error:
-        if not (line := _line_of_plugin(error)):
+        if line := _line_of_plugin(error):
+            print_error(f"{type(error).__name__} in {line}: {error}; correct it")
+        elif said := missing_package(error):
+            print_error(said)
+        else:
             raise
-        print_error(f"{type(error).__name__} in {line}: {error}; correct it")
         raise typer.Exit(ExitCode.BAD_INPUT) from error
 
 

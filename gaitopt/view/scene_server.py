@@ -26,7 +26,7 @@ from tornado.web import Application, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.bounds import shown
-from gaitopt.errors import InputError, reason_of
+from gaitopt.errors import InputError, missing_package, reason_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.transition import Transition
 from gaitopt.settings import checked_arguments
@@ -265,7 +265,11 @@ class Player:
     def __init__(self, server: SceneServer) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            import meshcat  # with IPython and more, which no other server needs
+            try:
+                import meshcat  # with IPython and more, which no other server needs
+            except ModuleNotFoundError as error:
+                server.close()
+                raise InputError(missing_package(error)) from error
 
         self.server = server
         self.viewer = meshcat.Visualizer(window=server)

@@ -31,7 +31,8 @@ def _parts(names: Sequence[str]) -> list[ModuleType]:
     That is IPython, ZeroMQ and Pillow, for a server that is not used here: a twentieth of the time
     of `gaitopt optimise` (measured). Whoever imports the package gets it whole.
     """
-    assert _SPEC is not None
+    if _SPEC is None:
+        raise ModuleNotFoundError("No module named 'meshcat'", name="meshcat")
     before = {name: module for name, module in sys.modules.items() if name.startswith("meshcat")}
     sys.modules.setdefault("meshcat", module_from_spec(_SPEC))
     try:
