@@ -447,7 +447,8 @@ def _refuse_kinds(of: str, hints: Mapping[str, Any], values: Mapping[str, object
         if name not in values or type(value := values[name]) in kinds:  # as nearly all are
             continue
         if not (_fits(value, hint) or _fits(plain(value), hint)):
-            raise OptionError(f"{of}: {name} is {shown(value)}; give {_said(hint)}")
+            once = ", as list(...) makes it" if isinstance(value, Iterator) else ""
+            raise OptionError(f"{of}: {name} is {shown(value)}; give {_said(hint)}{once}")
 
 
 @cache  # there are as many as the program has

@@ -4,10 +4,12 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from inspect import isfunction, signature
+from itertools import chain
 from typing import Any, Protocol
 
 import numpy as np
 import pytest
+from reference_cases import biped
 from sample_gait import sample_gait
 
 import gaitopt
@@ -58,6 +60,7 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.motions.motion import motion
 from gaitopt.settings import _argument_kinds, checked_arguments
 from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
+from gaitopt.sweep import parse_axis, sweep
 
 
 @pytest.mark.parametrize(
@@ -317,6 +320,16 @@ def test_every_argument_of_a_public_function_is_checked(name):
         values = {one.name: object() for one in needed if one.default is one.empty}
         with pytest.raises(OptionError, match=f"{name}: {needed[0].name} is <object"):
             function(**{needed[0].name: object(), **values})
+
+
+def test_what_is_read_twice_is_no_generator(tmp_path):
+    gait, formats = sample_gait(), ["svg"]
+    with pytest.raises(OptionError, match=r"give a list of texts, as list\(\.\.\.\) makes it"):
+        write_figures(gait, tmp_path, (one for one in formats), ["cop"])
+    assert write_figures(gait, tmp_path, list(one for one in formats), ["cop"])  # noqa: C400
+    axes = (parse_axis("speed", text) for text in ["0.5"])
+    with pytest.raises(InputError, match="each only once"):  # what is read once may be one
+        sweep(biped(), Task(), chain(axes, [parse_axis("speed", "0.5")]), tmp_path)
 
 
 def test_lists_of_any_kind_are_lists():

@@ -25,7 +25,7 @@ from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.display import screen
 from gaitopt.cli.idle import refuse_idle
 from gaitopt.cli.motors import MOTOR_FILE, motors_text
-from gaitopt.cli.process import ExitCode, StopRequest, stop_on_interrupt
+from gaitopt.cli.process import ExitCode, StopRequest, print_error, stop_on_interrupt
 from gaitopt.cli.request import (
     Request,
     biped_spec,
@@ -86,7 +86,8 @@ def run(given: Settings, asked: CodesignOptions) -> None:
         if earlier is None:
             _append(directory / TRIALS, record)
         elif not quiet:
-            out.print(f"goes on after {len(earlier)} designs of {directory / TRIALS}")
+            many = "" if len(earlier) == 1 else "s"
+            out.print(f"goes on after {len(earlier)} design{many} of {directory / TRIALS}")
         best = np.inf
 
         def told(trial: DesignTrial) -> None:
@@ -102,7 +103,8 @@ def run(given: Settings, asked: CodesignOptions) -> None:
                 on_trial=told, stop=stop,
             )  # fmt: skip
         except StoppedError:
-            out.print("stopped; the same command goes on from here", soft_wrap=True)
+            kept = f"the designs tried are kept in '{directory / TRIALS}'"
+            print_error(f"interrupted; {kept}, and the same command goes on")
             raise typer.Exit(ExitCode.INTERRUPTED) from None
     for name, gaits in (("before", found.before), ("after", found.after)):
         _save(directory / name, gaits)
@@ -113,9 +115,7 @@ def run(given: Settings, asked: CodesignOptions) -> None:
     page = write_codesign_page(summary, directory / REPORT)
     if not quiet:
         _print_result(out, summary)
-        out.print(
-            f"wrote {page}, and with it {written}, {SUMMARY}, before/, after/", soft_wrap=True
-        )
+        out.print(f"wrote {page}, and with it {written}, {SUMMARY}, before/, after/")
 
 
 def _study_of(given: Settings, asked: CodesignOptions) -> tuple[Study, Request]:
@@ -436,7 +436,7 @@ def _print_trial(
         for v, value in zip(study.variables, trial.values, strict=True)
     )
     mark = "" if trial.cost < best else ", no better"
-    out.print(f"{seconds:6.1f} s  {values}: {trial.cost:.6g}{mark}", soft_wrap=True)
+    out.print(f"{seconds:6.1f} s  {values}: {trial.cost:.6g}{mark}")
 
 
 def _print_result(out: Console, summary: Mapping[str, Any]) -> None:
@@ -449,10 +449,9 @@ def _print_result(out: Console, summary: Mapping[str, Any]) -> None:
     out.print(
         f"cost of all walks: {summary['before']:.6g} -> {summary['after']:.6g} "
         f"{summary['cost_unit']} ({100.0 * share:+.2f} %), {len(summary['trials'])} designs, "
-        f"{summary['evaluations']} evaluations of walks",
-        soft_wrap=True,
+        f"{summary['evaluations']} evaluations of walks"
     )
     certified = sum(walk["certified"] for walk in summary["walks"])
     out.print(f"{certified} of {len(summary['walks'])} walks are certified")
     for text in summary["held"]:
-        out.print(text, soft_wrap=True)
+        out.print(text)

@@ -58,7 +58,7 @@ def run(given: Settings, asked: CompareOptions) -> None:
     if not quiet:
         out.print(table_of_solvers(runs, request.task.cost_unit), width=min(out.width, WIDTH))
         if output is not None:
-            out.print(f"wrote to {output}: {RECORD}, {FIGURE}", soft_wrap=True)
+            out.print(f"wrote to {output}: {RECORD}, {FIGURE}")
     if stop.asked:
         warn(errors, "interrupted", f"{len(runs)} of {len(solvers)} solvers were tried")
         raise typer.Exit(ExitCode.INTERRUPTED)

@@ -35,6 +35,8 @@ class Screen(Console):
 
     def print(self, *objects: Any, **how: Any) -> None:
         """Print; a text by itself is one line, whatever names it holds."""
+        if objects and all(isinstance(one, str | Text) for one in objects):
+            how.setdefault("soft_wrap", True)
         super().print(*(printable(o) if isinstance(o, str) else o for o in objects), **how)
 
     def render_str(self, text: str, **how: Any) -> Text:
@@ -66,7 +68,7 @@ def screen(*, stderr: bool = False) -> Console:
 
 def warn(console: Console, word: str, text: str) -> None:
     """Print a line that begins with a yellow word."""
-    console.print(Text.assemble((f"{word}:", "yellow"), f" {printable(text)}"), soft_wrap=True)
+    console.print(Text.assemble((f"{word}:", "yellow"), f" {printable(text)}"))
 
 
 PERIOD = 2.0  # s between two plain lines
@@ -108,8 +110,7 @@ class ProgressDisplay:
         if len(self._iterations) > 1 and not self._quiet:
             self._console.print(
                 f"{len(self._iterations)} rounds, {sum(self._iterations.values())} iterations; "
-                f"{self._elapsed:.1f} s with all starts and checks",
-                soft_wrap=True,
+                f"{self._elapsed:.1f} s with all starts and checks"
             )
 
     def __call__(self, problem: WalkProblem) -> ProgressCallback:
@@ -157,8 +158,7 @@ class ProgressDisplay:
         what = f"{KEPT}, iterations" if number == KEPT else f"round {number}, iteration"
         self._console.print(
             f"{what} {iteration}: cost {cost}, violation {violation}, "
-            f"optimality {optimality}, {elapsed}",
-            soft_wrap=True,
+            f"optimality {optimality}, {elapsed}"
         )
 
 

@@ -68,7 +68,7 @@ def _show(asked: LibraryOptions) -> None:
     if names == LIST:
         for name in columns(row for library in libraries for row in library.rows):
             unit = unit_of(name, libraries[0].cost[1])
-            out.print(f"{printable(name)} [{unit}]" if unit else printable(name), soft_wrap=True)
+            out.print(f"{printable(name)} [{unit}]" if unit else printable(name))
         return
     rows = [selected(library.rows, asked.where) for library in libraries]
     if plot is not None:
@@ -87,7 +87,7 @@ def _show(asked: LibraryOptions) -> None:
         units = libraries[0].cost[1], libraries[1].cost[1]
         table = _table_of_libraries((rows[0], rows[1]), axes, units, names, out.width)
         for letter, directory in zip("AB", directories, strict=True):
-            out.print(f"{letter}: {directory}", soft_wrap=True)
+            out.print(f"{letter}: {directory}")
         out.print(table)
     if plot is None:
         letters = [""] if len(libraries) == 1 else ["A: ", "B: "]
@@ -106,7 +106,7 @@ def _design(asked: LibraryOptions) -> None:
     print_findings_of(gait)
     out = screen()
     print_gait(out, gait)
-    out.print(said, soft_wrap=True)
+    out.print(said)
     if output is not None:
         save_gait(gait, output)
         out.print(f"wrote {output}")
@@ -289,9 +289,7 @@ def _count(letter: str, library: Library, rows: list[Row]) -> None:
         told = "1 gait has" if broken == 1 else f"{broken} gaits have"
         out.print(
             f"{told} no usable file, see status; give the command of the sweep again to have what "
-            "is missing made anew",
-            soft_wrap=True,
-        )  # fmt: skip
+            "is missing made anew")  # fmt: skip
 
 
 def _computed(rows: list[Row]) -> int:

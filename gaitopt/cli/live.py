@@ -254,7 +254,9 @@ def _sliders(request: Request) -> Iterator[Slider]:
     task = request.task
     for name, (low, high, step) in _RANGES.items():
         value = float(getattr(task, name))
-        yield _slider(name, value, low * value, high * value, step)
+        if value != 0.0:  # a walk in place keeps its speed: of nothing there is no share
+            low, high = sorted((low * value, high * value))
+            yield _slider(name, value, low, high, step)
     for name, (low, high, step) in _LIMITS.items():
         known = _value(task, name)
         if known is not None:

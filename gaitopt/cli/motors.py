@@ -248,19 +248,19 @@ def run_requirements(asked: RequirementsOptions) -> None:
         out.print(deciding_table(worst, numbers), width=width)
         out.print()
         for label, number in numbers.items():
-            out.print(f"{number}: {label}", soft_wrap=True)
+            out.print(f"{number}: {label}")
     if other:
         theirs = worst_case(requirements_of(other))
         _print_requirements(out, theirs, "The other design")
         out.print(difference_table(worst, theirs), width=width)
         out.print()
     if output is not None:
-        out.print(f"wrote {_write(each, worst, output, uses)}", soft_wrap=True)
+        out.print(f"wrote {_write(each, worst, output, uses)}")
     if figure is not None:
         from gaitopt.view.comparison_figures import torque_speed_figure
 
         written = write_figure(figure, lambda: torque_speed_figure(loops, table))
-        out.print(f"wrote {written}", soft_wrap=True)
+        out.print(f"wrote {written}")
 
 
 def _loops(paths: Sequence[Path], table: MotorTable | None) -> dict[str, list[MotorLoop]]:
@@ -397,7 +397,7 @@ def run_size(asked: SizeOptions) -> None:
         names = ", ".join(
             f"{one.motor} {one.drive.motor.name} {one.drive.ratio:.3g}" for one in choices
         )
-        out.print(f"chosen: {names}", soft_wrap=True)
+        out.print(f"chosen: {names}")
 
     with stop_on_interrupt() as stop, small_matrices():
         found = size(
@@ -419,8 +419,7 @@ def run_size(asked: SizeOptions) -> None:
     if not found.settled:
         out.print(
             f"after {found.rounds} rounds the gaits would still choose other motors; those in the "
-            "table serve the gaits written",
-            soft_wrap=True,
+            "table serve the gaits written"
         )
     make_directory(directory)
     text = motors_text(found.table, "size")
@@ -429,8 +428,8 @@ def run_size(asked: SizeOptions) -> None:
     for name, (label, gait) in zip(names, found.gaits.items(), strict=True):
         verdict = "certified" if gait.certified else "not certified"
         path = save_gait(gait, directory / name)
-        out.print(f"{path}: {label}, {gait.cost:.6g} {gait.cost_unit}, {verdict}", soft_wrap=True)
-    out.print(f"wrote {written}", soft_wrap=True)
+        out.print(f"{path}: {label}, {gait.cost:.6g} {gait.cost_unit}, {verdict}")
+    out.print(f"wrote {written}")
 
 
 def motors_text(table: MotorTable, command: str) -> str:

@@ -121,10 +121,10 @@ def run(given: Settings, options: OptimiseOptions) -> None:
         if not quiet and (fragile := fragile_lines(found.gait)):
             _warn("fragile", fragile[0])
             for line in fragile[1:]:
-                _screen(stderr=True).print(f"  {line}", soft_wrap=True)
+                _screen(stderr=True).print(f"  {line}")
         if output is not None and not quiet:
             names = ", ".join(path.name for path in written)
-            _screen().print(f"wrote to {output}: {names}", soft_wrap=True)
+            _screen().print(f"wrote to {output}: {names}")
     code = exit_code(found)
     if code is not ExitCode.OK:
         if not found.certificate.certified:
@@ -291,7 +291,7 @@ def _search(request: Request, quiet: bool, second: SecondStart | None) -> Design
         margins = request.task.margins
         narrowed = narrowed_gaps(request.robot, margins.leg_gap, margins.arm_gap)
         for sentence in (*said, *narrowed):
-            errors.print(sentence, soft_wrap=True)
+            errors.print(sentence)
     if found.solution.status is Status.INTERRUPTED:
         _warn(
             "interrupted",
@@ -340,7 +340,7 @@ def _fastest_walk(request: Request, quiet: bool) -> tuple[Request, Design]:
         )
     if not quiet:
         for line in limit_lines(best):
-            _screen(stderr=True).print(line, soft_wrap=True)
+            _screen(stderr=True).print(line)
     settings = {**request.settings, "speed": best.speed}
     return replace(request, task=task_at(best.speed), settings=settings), found
 

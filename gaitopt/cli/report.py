@@ -202,13 +202,13 @@ def print_findings(console: Console, findings: Iterable[Finding], all_of_them: s
     for how, style in _FINDING_STYLES.items():
         for subject, text in _gathered(f for f in known if f.how == how):
             said = Text.assemble((f"{how}:", style), f" {printable(subject)}: {printable(text)}")
-            console.print(said, soft_wrap=True)
+            console.print(said)
     topics = dict.fromkeys(f.topic for f in known if f.how == "guessed")
     if topics:
         count = sum(f.how == "guessed" for f in known)
         facts = "1 fact was" if count == 1 else f"{count} facts were"
         line = f"guessed: {facts}, about {', '.join(topics)}; {all_of_them}"
-        console.print(line, soft_wrap=True)
+        console.print(line)
 
 
 def _gathered(findings: Iterable[Finding]) -> list[tuple[str, str]]:

@@ -52,18 +52,16 @@ def inspect(settings: Settings, asked: InspectOptions) -> None:
     print_inspection(out, found)
     for one in driven:
         if one.linkage in linkages:
-            out.print(f"{table}: motors turn {', '.join(one.names)}", soft_wrap=True)
+            out.print(f"{table}: motors turn {', '.join(one.names)}")
     if html is not None:
         from gaitopt.view.inspection_page import inspection_text
 
         written = write_atomically(html, inspection_text(found).encode())
-        out.print(f"wrote {written}", soft_wrap=True)
+        out.print(f"wrote {written}")
     if write_choices is not None and found.choices is not None:
         write_atomically(write_choices, choices_text(found.choices).encode())
         out.print(
-            f"wrote {write_choices}; edit it, then: --choices {write_choices}",
-            soft_wrap=True,
-        )  # fmt: skip
+            f"wrote {write_choices}; edit it, then: --choices {write_choices}")  # fmt: skip
     if found.refusal:
         print_error(found.refusal)
         raise typer.Exit(ExitCode.BAD_INPUT)

@@ -56,7 +56,7 @@ def run(asked: SensitivityOptions) -> None:
         header = [one.name for one in fields(Sensitivity)]
         table = csv_bytes([header, *(astuple(one) for one in report.found)])
         written = write_atomically(output, table)
-        out.print(f"wrote {written}", soft_wrap=True)
+        out.print(f"wrote {written}")
 
 
 def report_of(gait: Gait, known: Sequence[object] = ()) -> SensitivityReport:

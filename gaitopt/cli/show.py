@@ -40,16 +40,14 @@ def run_check(asked: CheckOptions) -> None:
         where = f" {words}" if (words := ground_of(gait).words) else ""
         found, what = audit(gait, known), f"at {gait.way}{where}"
     out = screen()
-    out.print(
-        f"{path}: {gait.text('robot')} {what}, computed again from its parameters", soft_wrap=True
-    )
+    out.print(f"{path}: {gait.text('robot')} {what}, computed again from its parameters")
     no_solver = {"name": None}
     record = found.certificate.record()
     out.print(certificate_table(no_solver, record), width=min(out.width, WIDTH))
     if found.imposed:
         out.print("the file itself brings:")
         for line in found.imposed:
-            out.print(f"  {printable(line)}", soft_wrap=True)
+            out.print(f"  {printable(line)}")
     if found.altered:
         print_error(altered_message(found))
     else:

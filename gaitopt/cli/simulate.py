@@ -193,7 +193,7 @@ def _progress(quiet: bool) -> Callable[[str], None]:
         return lambda _: None
     if console.is_terminal:
         return lambda name: console.print(f"{name:40}", end="\r")
-    return lambda name: console.print(f"walking: {name}", soft_wrap=True) if name else None
+    return lambda name: console.print(f"walking: {name}") if name else None
 
 
 def simulation_record(report: Report) -> dict[str, object]:
@@ -306,10 +306,9 @@ def _print_report(report: Report) -> None:
     for table in _tables(report):
         out.print(table)
         out.print()
-    out.print(f"second engine: {report.engine}", soft_wrap=True)
+    out.print(f"second engine: {report.engine}")
     out.print(
-        f"controller {report.controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s",
-        soft_wrap=True,
+        f"controller {report.controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s"
     )
     weak = [point for point in points if point.weak]
     if walk.walked:

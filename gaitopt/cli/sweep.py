@@ -113,7 +113,7 @@ def make_executor(
             few = f"more are idle with {points} point{'s' * (points != 1)}"
         few = "" if count == wanted else f", not {wanted}: {few}"
         if not quiet:
-            errors.print(f"starting workers: {count}{few}", soft_wrap=True)
+            errors.print(f"starting workers: {count}{few}")
 
     return local_workers(count, on_start)
 
@@ -165,7 +165,7 @@ class SweepDisplay:
             )
         elif not self._quiet and time.monotonic() - self._printed >= PERIOD:
             self._printed = time.monotonic()
-            self._console.print(f"{progress.stage}: {said}", soft_wrap=True)
+            self._console.print(f"{progress.stage}: {said}")
 
 
 def _axes(given: Settings) -> list[Axis]:
@@ -231,7 +231,7 @@ def _print_remade(what: str, library: Library, points: Iterable[Index], out: Con
     ]
     if told:
         more = f"; and {len(told) - NAMED} more" if len(told) > NAMED else ""
-        out.print(f"{what}: {'; '.join(told[:NAMED])}{more}", soft_wrap=True)
+        out.print(f"{what}: {'; '.join(told[:NAMED])}{more}")
 
 
 def _print_narrowed_gaps(library: Library, request: Request, out: Console) -> None:
@@ -242,7 +242,7 @@ def _print_narrowed_gaps(library: Library, request: Request, out: Console) -> No
         if axis.name in gaps:
             gaps[axis.name] = axis.values[-1]
     for sentence in narrowed_gaps(request.robot, **gaps):
-        out.print(sentence, soft_wrap=True)
+        out.print(sentence)
 
 
 def _kept(directory: Path) -> str:
@@ -268,14 +268,12 @@ def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> Non
             out.print(f"and {len(rows) - ROWS} more: gaitopt library {library.directory}")
         out.print(
             f"{certified} of {len(rows)} gaits certified; {library.seconds:.0f} s of processor; in "
-            f"{library.directory}: gaits/, index.csv",
-            soft_wrap=True,
-        )  # fmt: skip
+            f"{library.directory}: gaits/, index.csv")  # fmt: skip
         for point, state in sorted(library.states.items()):
             if state.refusal is not None:
                 out.print(f"no gait at {library.grid.name(point)}:")
                 for sentence in state.refusal["sentences"]:
-                    out.print(f"- {sentence}", soft_wrap=True)
+                    out.print(f"- {sentence}")
     if refused:
         raise typer.Exit(ExitCode.NO_GAIT)
     optimal = sum(

@@ -60,6 +60,7 @@ _OWN = "own."
 """Before the name of a margin of a constraint of the task's own."""
 
 
+@checked
 @dataclass(frozen=True)
 class Axis:
     """One quantity and the values it takes.

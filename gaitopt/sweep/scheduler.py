@@ -152,7 +152,7 @@ class Scenarios:
         if driven and motors is None:
             raise InputError(
                 f"{driven[0].name} is a number of the robot's motors, of which nothing is known; "
-                "give a table of them: --motors motors.toml"
+                "give a table of them: --motors motors.toml, in Python motors=read_motors(...)"
             )
         varied = [axis for axis in grid.axes if axis.of_robot and not axis.of_motors]
         if varied and spec is None:

@@ -86,7 +86,8 @@ def fastest(
     """
     if not resolution >= 10.0**-DIGITS:
         raise InputError(
-            f"the resolution is {resolution} m/s; speeds are told apart from {10.0**-DIGITS} m/s on"
+            f"the resolution is {resolution:g} m/s; give at least {10.0**-DIGITS:g} m/s, by which "
+            "speeds are told apart"
         )
     if not speed > 0.0:
         raise InputError(

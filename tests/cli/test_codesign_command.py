@@ -58,7 +58,7 @@ def test_the_same_command_goes_on(cli, finished, tmp_path):
     (other / TRIALS).write_text("\n".join([*lines[:2], lines[2][:100]]))
     result = cli("codesign", *ASKED, *QUICK, "-o", other)
     assert result.exit_code == 0, result.stderr
-    assert "goes on after 1 designs" in " ".join(result.stdout.split())
+    assert "goes on after 1 design of" in " ".join(result.stdout.split())
     again = (other / TRIALS).read_text("utf-8").splitlines()
     assert len(again) == len(lines)
     assert json.loads(again[-1])["values"] == json.loads(lines[-1])["values"]

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -21,16 +22,28 @@ from typer.testing import CliRunner
 
 from gaitopt.cli import live
 from gaitopt.cli.app import app
-from gaitopt.cli.live import FOLLOWS, LiveWalk
+from gaitopt.cli.live import FOLLOWS, LiveWalk, _sliders
 from gaitopt.design.pipeline import is_walk
 from gaitopt.design.replanner import Plan
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.gait_file import load_gait
+from gaitopt.gait.presets import preset_task
 from gaitopt.view.live_server import serve
 
 
 def never():
     return False
+
+
+@pytest.mark.parametrize("speed", [-0.4, 0.0, 0.8])
+def test_every_slider_goes_from_less_to_more_around_its_value(robot, speed):
+    task = preset_task("humanoid", robot, speed=speed)
+    sliders = [*_sliders(SimpleNamespace(robot=robot, task=task))]
+    assert ("speed" in {one.name for one in sliders}) == (speed != 0.0)
+    assert len(sliders) > 5
+    for one in sliders:
+        assert one.low <= one.value <= one.high, one
+        assert one.low < one.high, one
 
 
 @pytest.fixture(autouse=True)

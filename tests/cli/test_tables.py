@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
+from rich.text import Text
 
 from gaitopt import load_gait
 from gaitopt.bounds import fixed, rounded
@@ -40,6 +41,13 @@ def test_numbers_that_are_zero_but_for_rounding_are_shown_as_zero(value, text):
 )
 def test_numbers_that_are_huge_have_four_digits(value, text):
     assert fixed(value, 3) == text
+
+
+def test_a_long_line_is_one_line_in_a_file(capsys):
+    path = "some directory/" * 12
+    screen().print(path)
+    screen().print(Text(path))
+    assert capsys.readouterr().out == f"{path}\n" * 2
 
 
 def fastest_with(rows, refused=1.25):

@@ -45,6 +45,8 @@ def test_what_is_no_range_is_refused(text):
         (lambda: Axis("speed", ("fast",)), "speed"),
         (lambda: Axis("speed", 1.0), "speed"),
         (lambda: Axis(None, (1.0,)), "by its name"),
+        (lambda: Axis("speed"), "Axis: missing a required argument: 'values'"),
+        (lambda: Axis(nme="speed"), "did you mean 'name'"),
     ],
 )
 def test_values_of_another_kind_are_refused(make, said):
