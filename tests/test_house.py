@@ -100,6 +100,11 @@ def test_version_has_one_place():
     assert f"## [{gaitopt.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
 
 
+def test_lines_of_the_changelog_are_short():
+    lines = (ROOT / "CHANGELOG.md").read_text().splitlines()
+    assert not [line for line in lines if len(line) > 120]
+
+
 def test_urdf_is_current():
     found = run(sys.executable, "scripts/generate_urdf", "--check")
     assert found.returncode == 0, found.stderr
