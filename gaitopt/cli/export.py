@@ -9,6 +9,7 @@ import typer
 
 from gaitopt.atomic import write_atomically
 from gaitopt.cli.command_options import ExportOptions
+from gaitopt.cli.process import refuse_options
 from gaitopt.cli.show import loaded, loaded_motion
 from gaitopt.errors import InputError
 from gaitopt.gait.transition import Transition
@@ -66,11 +67,8 @@ def _export_transition(transition: Transition, target: Path, asked: ExportOption
     """Write a transition as a motion."""
     if asked.format is None:
         raise InputError("a transition is written as a motion: name a --format, as --format mujoco")
-    for given, option in (
-        (asked.strides is not None, "--strides"), (asked.both_legs, "--both-legs"),
-    ):  # fmt: skip
-        if given:
-            raise InputError(f"{option} is for walks, and this is a transition; leave it out")
+    of_walks = {"--strides": asked.strides is not None, "--both-legs": asked.both_legs}
+    refuse_options(of_walks, "for walks, and this is a transition")
     return export_transition(
         transition, target, format=asked.format, rate=asked.rate, joints=asked.joints
     )
@@ -79,9 +77,8 @@ def _export_transition(transition: Transition, target: Path, asked: ExportOption
 def _write_mjcf(asked: ExportOptions) -> None:
     """Write the robot of a gait with its walk as keyframes."""
     path, rate, strides = asked.gait, asked.rate, asked.strides
-    for given, option in ((asked.joints is not None, "--joints"), (asked.both_legs, "--both-legs")):
-        if given:
-            raise InputError(f"{option} does not go with --format {MJCF}; leave it out")
+    of_motions = {"--joints": asked.joints is not None, "--both-legs": asked.both_legs}
+    refuse_options(of_motions, f"without --format {MJCF}")
     if path.is_dir():
         raise InputError(f"'{path}' is a directory; --format {MJCF} writes one gait, a .npz")
     target = asked.output or path.with_name(f"{path.stem}-{MJCF}.xml")

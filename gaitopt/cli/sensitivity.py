@@ -22,7 +22,7 @@ from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.sweep.table import csv_bytes
 
-_READABLE = {"m": (100.0, "cm"), "rad": (57.29577951308232, "°"), "s": (1000.0, "ms"),
+_READABLE = {"m": (100.0, "cm"), "rad": (math.degrees(1.0), "°"), "s": (1000.0, "ms"),
              "of itself": (100.0, "%"), "kg·m²": (1e4, "kg·cm²")}  # fmt: skip
 _NONE = 5e-6  # share of the cost that is shown as 0.00 %
 

@@ -180,15 +180,19 @@ def _folder(request: Request, output: Path | None) -> Path:
         return folder
     same = repr((request.robot.urdf, request.task)).encode()
     name = Path("gaitopt") / FOLDER / sha256(same).hexdigest()[:12]
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    for place in (Path(home), Path(tempfile.gettempdir())):
+    for place in (_cache, lambda: Path(tempfile.gettempdir())):
         try:
-            (place / name).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
+            folder = place() / name
+            folder.mkdir(parents=True, exist_ok=True)
+        except (OSError, RuntimeError) as error:  # the second where a user has no home
             reason = error
         else:
-            return place / name
-    raise reason
+            return folder
+    raise OSError(str(reason))
+
+
+def _cache() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 
 
 def _program() -> list[str]:

@@ -18,8 +18,8 @@ def test_the_command_writes_it(cli, designed, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--joints", "mujoco"), "--joints does not go with --format mjcf"),
-        (("--both-legs",), "--both-legs does not go with --format mjcf"),
+        (("--joints", "mujoco"), "--joints has no effect here: it acts only without --format mjcf"),
+        (("--both-legs",), "--both-legs has no effect here"),
         (("-o", "walk.json"), "end in .xml"),
     ],
 )

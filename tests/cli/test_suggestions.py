@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from places import ROOT
@@ -16,6 +17,7 @@ from gaitopt.cli import suggestions
 from gaitopt.cli.command_options import OptimiseOptions
 from gaitopt.cli.suggestions import Asked
 from gaitopt.gait.gait_file import load_gait
+from gaitopt.gait.task import Task
 
 
 @pytest.fixture(autouse=True)
@@ -76,6 +78,18 @@ def test_without_a_directory_for_results_the_walk_is_kept_among_own_files(
     assert start.is_file()
     assert start.is_relative_to(tmp_path / "cache" / "gaitopt" / "suggestions")
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
+
+
+def test_a_user_without_a_home_has_a_place_too(monkeypatch, tmp_path, robot):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
+    folder = suggestions._folder(SimpleNamespace(robot=robot, task=Task()), None)
+    assert folder.is_dir()
+    assert folder.is_relative_to(tmp_path)
 
 
 def test_a_command_is_the_one_that_was_typed_with_changes(monkeypatch):

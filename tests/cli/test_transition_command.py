@@ -95,8 +95,12 @@ def test_its_file_is_drawn(cli, start, tmp_path):
     ("command", "words", "said"),
     [
         ("export", ("-o", "m.json"), "name a --format"),
-        ("export", ("--format", "csv", "--strides", "2"), "--strides is for walks"),
-        ("export", ("-o", "m.csv", "--format", "csv", "--both-legs"), "--both-legs is for walks"),
+        (
+            "export",
+            ("--format", "csv", "--strides", "2"),
+            "only for walks, and this is a transition",
+        ),
+        ("export", ("-o", "m.csv", "--format", "csv", "--both-legs"), "leave --both-legs out"),
         ("export", ("--format", "bezier"), "choose another format"),
         ("play", ("--html", "x.html", "--steps", "3"), "leave --steps out"),
         ("requirements", (), "it is a transition"),
