@@ -260,6 +260,9 @@ class Player:
         server: the server that it draws on.
         url: address of the page.
         note: what of the robot is missing in the scene and how to get it, or empty.
+
+    Raises:
+        InputError: MeshCat, or a package that it needs, is not installed.
     """
 
     def __init__(self, server: SceneServer) -> None:
