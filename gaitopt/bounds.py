@@ -130,6 +130,11 @@ def is_of_use(value: object) -> bool:
     return is_finite(value) and (value == 0.0 or 1.0 / NUMBER <= abs(value) <= NUMBER)
 
 
+def is_line(value: object) -> TypeGuard[str]:
+    """Return whether a value is a text of one line."""
+    return isinstance(value, str) and value.isprintable()
+
+
 def shown(value: object) -> str:
     """Return a value as text for a message: ten digits, those of hundreds by their size."""
     if isinstance(value, int) and abs(value) >= _READABLE:

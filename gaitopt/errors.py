@@ -4,7 +4,13 @@ A message says what was wrong, the value with its unit, what is allowed, and wha
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from traceback import walk_tb
+
+PLUGIN = "gaitopt_plugin_"
+"""How the name of the module of a plugin begins."""
 
 _OTHER_SIDE = {"left": "right", "right": "left", "l": "r", "r": "l"}
 
@@ -162,3 +168,42 @@ class StoppedError(NoGaitFoundError):
 
     def __init__(self, solution: object = None) -> None:
         super().__init__("interrupted before there was a result", solution)
+
+
+def failure(error: BaseException, module: str = "") -> str:
+    """Return an exception in words, with the line of `own_line`, if any."""
+    told = f"{type(error).__name__}: {error}".removesuffix(": ")
+    line = own_line(error, module)
+    return f"{told} ({line})" if line else told
+
+
+def own_line(error: BaseException, module: str = "") -> str:
+    """Return the last line of a plugin that an exception passed, "line 3 of mine.py", or nothing.
+
+    Args:
+        module: not of gaitopt, whose lines are told too.
+    """
+    for frame, line in reversed([*walk_tb(error.__traceback__)]):
+        name = str(frame.f_globals.get("__name__"))
+        if name.startswith(PLUGIN) or (name == module and not name.startswith("gaitopt.")):
+            return f"line {line} of {Path(frame.f_code.co_filename).name}"
+    return ""
+
+
+@contextmanager
+def own_code(of: object, what: str) -> Iterator[None]:
+    """Tell what the code of a constraint, a cost or a terrain of one's own raises in our words.
+
+    Args:
+        of: the constraint, the cost, the terrain, or a function of one.
+        what: it is and cannot do, as "the cost 'calm' cannot make its integrand".
+
+    Raises:
+        InputError: the code raises an exception; ours are left as they are.
+    """
+    try:
+        yield
+    except GaitoptError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise InputError(f"{what}: {failure(error, type(of).__module__)}") from error

@@ -17,8 +17,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import IntEnum
-from pathlib import Path
-from traceback import walk_tb
 from types import FrameType
 from typing import TextIO
 
@@ -29,7 +27,9 @@ from gaitopt.errors import (
     GaitoptError,
     IdleOptionError,
     InputError,
+    failure,
     missing_package,
+    own_line,
     reason_of,
 )
 from gaitopt.escape import printable
@@ -75,22 +75,14 @@ def errors_reported(*, robots: bool = True) -> Iterator[None]:
     except KeyboardInterrupt as error:
         print_error("interrupted before it was done; every file that was written is complete")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
-    except Exception as error:
-        if line := _line_of_plugin(error):
-            print_error(f"{type(error).__name__} in {line}: {error}; correct it")
-        elif said := missing_package(error):
+    except (Exception, SystemExit) as error:
+        if own_line(error):
+            print_error(f"{failure(error)}; correct it")
+        elif isinstance(error, Exception) and (said := missing_package(error)):
             print_error(said)
         else:
             raise
         raise typer.Exit(ExitCode.BAD_INPUT) from error
-
-
-def _line_of_plugin(error: Exception) -> str:
-    """Return the last line of a plugin that an exception passed, if any."""
-    for frame, line in reversed([*walk_tb(error.__traceback__)]):
-        if str(frame.f_globals.get("__name__")).startswith("gaitopt_plugin_"):
-            return f"line {line} of the plugin {Path(frame.f_code.co_filename).name}"
-    return ""
 
 
 def refuse_options(given: Mapping[str, object], when: str) -> None:

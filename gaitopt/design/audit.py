@@ -73,10 +73,12 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     Raises:
         GaitFileError: the gait lacks what is needed for that, or its parameters make no walk, or it
             has a constraint or a cost that is not known.
+        InputError: derivatives of a cost that is known are wrong.
         RobotError: its URDF is not a biped.
     """
     problem = problem_of(gait, known)
     try:
+        problem.check_own(gait.parameters)
         again = gait_at(problem, gait.parameters, {})
         certificate = certify(problem, gait.parameters)
     except EvaluationError as error:

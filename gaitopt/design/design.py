@@ -7,6 +7,7 @@ Several solvers can be compared by one walk: what each found, judged alike, and 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING
 
@@ -117,11 +118,14 @@ def checked_start(problem: WalkProblem, start: Array | Gait | None) -> Array:
     if start is None:
         return first_guess(problem)
     if isinstance(start, Gait):
-        return parameters_of(start, problem)
-    x = problem.checked(start, "the first guess")
+        x = parameters_of(start, problem)
+    else:
+        x = problem.checked(start, "the first guess")
     if not np.all(np.isfinite(x)):
         at = problem.layout.names[int(np.argmin(np.isfinite(x)))]
         raise InputError(f"the first guess has no finite value for {at}; give {x.size}")
+    with suppress(EvaluationError):  # a solver says where there is no walk
+        problem.check_own(x)
     return x
 
 

@@ -7,15 +7,11 @@ names in messages, the diagnosis and the refinement between the samples follow f
 
 from __future__ import annotations
 
-import sys
 from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Collection, Mapping
 from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
-from pathlib import Path
-from traceback import extract_tb
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +21,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import GaitoptError, InputError, did_you_mean
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.functions import Entries, QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
@@ -196,33 +192,6 @@ def check_relaxation(
                 f"couplings of {kind} name the constraint {shown(pair[0])}, which is none; "
                 f"{hint}{form}"
             )
-
-
-def failure(error: BaseException, one: object) -> str:
-    """Return an exception in words, with the line of the file of a constraint or a cost, if any."""
-    file = getattr(sys.modules.get(type(one).__module__), "__file__", None)
-    lines = [at.lineno for at in extract_tb(error.__traceback__) if at.filename == file]
-    where = f" (line {lines[-1]} of {Path(str(file)).name})" if lines else ""
-    return f"{type(error).__name__}: {error}{where}"
-
-
-@contextmanager
-def own_code(of: object, what: str) -> Iterator[None]:
-    """Tell what the code of a constraint, a cost or a terrain of one's own raises in our words.
-
-    Args:
-        of: the constraint, the cost or the terrain.
-        what: it is and cannot do, as "the cost 'calm' cannot make its integrand".
-
-    Raises:
-        InputError: the code raises an exception; ours are left as they are.
-    """
-    try:
-        yield
-    except GaitoptError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise InputError(f"{what}: {failure(error, of)}") from error
 
 
 @dataclass(frozen=True)

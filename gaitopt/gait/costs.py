@@ -12,7 +12,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from numbers import Real
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import EvaluationError, InputError, did_you_mean, there_are
+from gaitopt.errors import EvaluationError, InputError, did_you_mean, own_code, there_are
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     Constraint,
@@ -28,9 +29,8 @@ from gaitopt.gait.constraint import (
     ConstraintContext,
     check_declaration,
     margin,
-    own_code,
 )
-from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function
+from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function, shaped
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.model.import_options import matching
@@ -156,11 +156,12 @@ class Cost(ABC):
         Raises:
             InputError: it is not above zero where it should be, or a derivative is wrong.
         """
-        typical = self.typical(context)
-        if not 0.0 < typical < np.inf:
+        with own_code(self, f"the cost '{self.name}' has no typical value"):
+            typical = self.typical(context)
+        if not (is_of_use(typical) and typical > 0.0):
             raise InputError(
-                f"the cost '{self.name}' is {typical:g} {self.unit} at typical values of what it "
-                "reads; it must be above 0 there"
+                f"the cost '{self.name}' is {shown(typical)} {self.unit} at typical values of what "
+                f"it reads; it must be above 0 there, {USABLE}"
             )
 
 
@@ -768,7 +769,7 @@ class WeightedSum(Cost):
         return tuple(one for cost, _ in self.terms for one in cost.constraints)
 
     def function(self, context: CostContext) -> CostFunction:
-        return _Sum(tuple((cost.function(context), weight) for cost, weight in self.terms))
+        return _Sum(tuple((_function(cost, context), weight) for cost, weight in self.terms))
 
     def typical(self, context: CostContext) -> float:
         return sum(weight * cost.typical(context) for cost, weight in self.terms)
@@ -804,10 +805,66 @@ def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunct
     """
     if isinstance(cost, WeightedSum) or type(cost).__module__ != __name__:
         cost.check(context)
-    plain = cost.function(context)
+    plain = _function(cost, context)
     if penalty == 0.0:
         return plain
     return _Sum(((plain, 1.0), (SpeedPenalty(context.speed), penalty)))
+
+
+def _function(cost: Cost, context: CostContext) -> CostFunction:
+    return cost.function(context) if type(cost).__module__ == __name__ else _Own(cost, context)
+
+
+class _Own(CostFunction):
+    """The function of a cost of one's own: what it returns is looked at each time."""
+
+    def __init__(self, cost: Cost, context: CostContext) -> None:
+        self._cost, self._name = cost, f"the cost '{cost.name}'"
+        self._reads = (*cost.reads, TRAVEL)
+        with own_code(cost, f"{self._name} cannot make its function"):
+            self._function = cost.function(context)
+        if not isinstance(self._function, CostFunction):
+            raise InputError(
+                f"{self._name} has {shown(self._function)} for its function; return a CostFunction"
+            )
+
+    def value(self, step: Period) -> float:
+        what = f"the value of {self._name}"
+        with own_code(self._cost, what):
+            value = self._function.value(step)
+            if not isinstance(value, Real):
+                raise InputError(f"{what} is {shown(value)}; return a number")
+            return float(value)
+
+    def gradient(self, step: Period) -> dict[Quantity, Array]:
+        with own_code(self._cost, what := f"the gradient of {self._name}"):
+            shapes = {one: step.values[one].shape for one in self._reads}
+            return _looked_at(self._function.gradient(step), shapes, what)
+
+    def hessian(self, step: Period) -> dict[Pair, Array]:
+        with own_code(self._cost, what := f"the hessian of {self._name}"):
+            of = {one: step.values[one].shape for one in self._reads}
+            pairs = [(a, b) for a in of for b in of if of[b][0] in (1, of[a][0])]
+            shapes = {(a, b): (*of[a], of[b][1]) for a, b in pairs}
+            return _looked_at(self._function.hessian(step), shapes, what)
+
+    def neighbours(self, step: Period) -> Neighbours:
+        with own_code(self._cost, f"the neighbours of {self._name}"):
+            return self._function.neighbours(step)
+
+
+Key = TypeVar("Key")
+
+
+def _looked_at(found: object, shapes: Mapping[Key, tuple[int, ...]], what: str) -> dict[Key, Array]:
+    """Return derivatives by quantity, or by pairs of them, if they are arrays of their shapes."""
+    if not isinstance(found, Mapping):
+        raise InputError(f"{what} is {shown(found)}; return a dictionary")
+    for key in found:
+        if key not in shapes:
+            keys = ", ".join(dict.fromkeys(map(str, shapes)))
+            raise InputError(f"{what} has an entry {shown(key)}; those of what it reads are {keys}")
+    return {key: shaped(one, shapes[key], f"{what} in {key}") for key, one in found.items()}
 
 
 def joint_weights(robot: Robot, patterns: Mapping[str, float]) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitopt.bounds import shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import InputError, own_code
 from gaitopt.model.coupling import Coupling
 from gaitopt.nlp import Array
 from gaitopt.settings import checked_facts
@@ -412,44 +412,43 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
     """
     if not typical.size:
         raise InputError(f"what {what} reads has no entries for this robot")
-    random = np.random.default_rng(0)
-    at = (typical * random.uniform(0.5, 1.5, typical.size))[None]
-    at.flags.writeable = False  # quantities are for all: nobody may write into them
-    move = (typical * random.uniform(0.5, 1.5, typical.size))[None]
     if not isinstance(function, QuantityFunction):
         raise InputError(
             f"{what} has {shown(function)} for its function; return a QuantityFunction, as Entries "
             "or ComplexStep"
         )
-    try:
+    random, width = np.random.default_rng(0), typical.size
+    at, move = typical * random.uniform(0.5, 1.5, (2, _INSTANTS, width))
+    at.flags.writeable = False  # quantities are for all: nobody may write into them
+    whole = f"the function of {what} cannot be evaluated at {_INSTANTS} instants of {width} entries"
+    with own_code(function, whole):
         with np.errstate(all="ignore"):  # it need have no value there
-            value, width = np.asarray(function.value(at)), typical.size
-        if value.shape != (1, rows):
+            value = real_array(function.value(at), f"the value of the function of {what}")
+        if value.shape != (_INSTANTS, rows):
             raise InputError(
-                f"the function of {what} returns shape {value.shape} for one instant of {width} "
-                f"entries; return (1, {rows})"
+                f"the function of {what} returns shape {value.shape} for {_INSTANTS} instants of "
+                f"{width} entries; return ({_INSTANTS}, {rows})"
             )
         if not np.isfinite(value).all():
             return  # it has no value there; elsewhere it may
-        weights = random.uniform(0.5, 1.5, (1, rows))
-        jacobian = np.broadcast_to(function.jacobian(at), (1, rows, width))
-        hessian = function.hessian(at, weights)
-        hessian = np.zeros((1, width, width)) if hessian is None else hessian
+        weights = random.uniform(0.5, 1.5, (_INSTANTS, rows))
+        jacobian, hessian = function.jacobian(at), function.hessian(at, weights)
+        jacobian = shaped(
+            jacobian, (_INSTANTS, rows, width), f"the jacobian of the function of {what}"
+        )
+        hessian = shaped(
+            0.0 if hessian is None else hessian,
+            (_INSTANTS, width, width),
+            f"the hessian of the function of {what}",
+        )
         h = _CHECK * move
         change = (function.value(at + h) - function.value(at - h)) / (2.0 * _CHECK)
         vjp_change = (function.vjp(at + h, weights) - function.vjp(at - h, weights)) / (
             2.0 * _CHECK
         )
-    except GaitoptError:
-        raise
-    except Exception as error:
-        raise InputError(
-            f"the function of {what} cannot be evaluated at {typical.size} entries: "
-            f"{type(error).__name__}: {error}"
-        ) from error
     for name, exact, found in (
-        ("jacobian", jacobian @ move[0], change),
-        ("hessian", hessian @ move[0], vjp_change),
+        ("jacobian", (jacobian @ move[:, :, None])[:, :, 0], change),
+        ("hessian", (hessian @ move[:, :, None])[:, :, 0], vjp_change),
     ):
         size = max(float(np.abs(found).max()), float(np.abs(jacobian).max()), 1e-6)
         if exact.shape != found.shape or not np.abs(exact - found).max() <= 1e-4 * size:
@@ -460,6 +459,35 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
             )
 
 
+def real_array(values: object, what: str) -> Array:
+    """Return what code of one's own gives as an array of real numbers, of the shape that it has.
+
+    Args:
+        what: it is, as "the gradient of the cost 'calm'".
+
+    Raises:
+        InputError: it is none.
+    """
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiub":
+        raise InputError(f"{what} is {shown(values)}; return an array of real numbers")
+    return array
+
+
+def shaped(values: object, shape: tuple[int, ...], what: str) -> Array:
+    """Return what `real_array` does, with a shape that its own can be broadcast to.
+
+    Raises:
+        InputError: it cannot.
+    """
+    array = real_array(values, what)
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError as error:
+        raise InputError(f"{what} has shape {array.shape}; return {shape}") from error
+
+
 _TINY = 1e-30  # complex step: no difference is taken, so it may be as small
 _RELATIVE = 1e-5  # step of differences of derivatives, over the entry or one unit
+_INSTANTS = 2  # at which a function is checked, as all of them are asked for at once
 _CHECK = 1e-4  # step of the differences of a check, over typical values

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError, reason_of
+from gaitopt.errors import PLUGIN, InputError, reason_of
 from gaitopt.gait.constraint import Constraint
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
@@ -32,7 +32,6 @@ from gaitopt.settings import checked_arguments
 
 Extension = Constraint | Cost | Terrain
 _Kind = TypeVar("_Kind", Constraint, Cost, Terrain)
-_PREFIX = "gaitopt_plugin_"  # the command line knows it, too
 _LONGEST = 80  # characters of a name in a message
 _PLAIN = (str, int, float, bool, type(None))
 
@@ -86,7 +85,7 @@ def load_plugin(path: str | Path) -> Plugin:
 
 @lru_cache(maxsize=64)
 def _loaded(path: Path, digest: str) -> Plugin:
-    name = f"{_PREFIX}{digest}_{sha256(str(path).encode()).hexdigest()[:8]}"
+    name = f"{PLUGIN}{digest}_{sha256(str(path).encode()).hexdigest()[:8]}"
     spec = spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise InputError(f"the plugin '{path}' is no Python file; give one whose name ends in .py")
@@ -158,9 +157,9 @@ def extension_record(one: Extension) -> dict[str, object]:
     if isinstance(one, Cost):
         record |= {"unit": one.unit, "words": one.words}
     module = type(one).__module__
-    if module.startswith(_PREFIX):
+    if module.startswith(PLUGIN):
         path = Path(str(sys.modules[module].__file__))
-        digest = module.removeprefix(_PREFIX).split("_")[0]
+        digest = module.removeprefix(PLUGIN).split("_")[0]
         record["plugin"] = {"file": path.name, "sha256": digest}
     elif not is_built_in(one):
         record["class"] = f"{module}.{type(one).__qualname__}"

@@ -11,14 +11,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import NUMBER, USABLE, is_line, is_of_use, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError
+from gaitopt.errors import EvaluationError, InputError, own_code
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, own_code
+from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.constraints import CONSTRAINTS
-from gaitopt.gait.costs import CostContext, cost_function
+from gaitopt.gait.costs import Cost, CostContext, cost_function
 from gaitopt.gait.double_step import DoubleStepModel, double_cycle_hessian
 from gaitopt.gait.functions import check_function
 from gaitopt.gait.grid import STRIDE_EDGES, Grid, over_steps, parts
@@ -454,11 +454,11 @@ class WalkProblem(NLP):
         return self._slices[index]
 
     def check_own(self, x: Array) -> None:
-        """Check that constraints and costs of one's own have finite values at x.
+        """Check that constraints and costs of one's own have finite values at x, and derivatives.
 
         Raises:
             InputError: one has none, and no solver could begin there, or reads what the walk does
-                not have.
+                not have, or derivatives of the cost are wrong.
         """
         if not self.task.extensions:
             return
@@ -485,10 +485,46 @@ class WalkProblem(NLP):
                     f"the cost '{self.task.cost.name}' has no finite value at the first guess; "
                     f"{advice}"
                 )
+        if any(isinstance(one, Cost) for one in self.task.extensions):
+            self._check_cost(x)
+
+    def _check_cost(self, x: Array) -> None:
+        """Compare derivatives of the cost with differences beside x, in one direction.
+
+        Raises:
+            InputError: one is wrong, or the cost writes into what it reads.
+        """
+        random, scale = np.random.default_rng(0), self.variables.scale
+        at = x + _AWAY * scale * random.uniform(-1.0, 1.0, x.size)
+        move = scale * random.uniform(0.5, 1.5, x.size)
+        none = np.zeros(self.rows.lower.size)
+        try:
+            before, after = (self.point(at + way * _CHECK * move) for way in (-1.0, 1.0))
+            for step in (self.whole(at), self._derivatives(at).whole):
+                for entries in step.values.values():
+                    entries.flags.writeable = False  # they are for all: nobody may write into them
+            here, H = self.point(at), self.hessian(at, none, 1.0)
+        except EvaluationError:
+            return  # some walk farther on may have them
+        for name, exact, found in (
+            ("gradient", here.gradient * move, (after.cost - before.cost) / (2.0 * _CHECK)),
+            ("hessian", H * move, (after.gradient - before.gradient) / (2.0 * _CHECK)),
+        ):
+            size = np.abs(exact).sum(axis=-1).max()
+            apart = np.abs(exact.sum(axis=-1) - found).max()
+            if not apart <= _APART * (size + np.abs(found).max()):
+                raise InputError(
+                    f"the {name} of the cost '{self.task.cost.name}' disagrees with differences of "
+                    f"its {'value' if name == 'gradient' else 'gradient'}; correct it"
+                )
 
     def _row_values(self, step: Period) -> Array:
         values = (b.function.value(b.take(step.values)).ravel() for b in self.blocks)
         return np.asarray(np.concatenate(list(values)) / self._row_scales)
+
+
+_AWAY = 1e-3  # of a walk whose cost is checked from the first guess, over the scales
+_CHECK, _APART = 1e-5, 1e-4  # step of the differences over the scales; largest disagreement
 
 
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
@@ -578,7 +614,7 @@ def _asked(constraint: Constraint, context: ConstraintContext) -> bool:
     """
     what = f"the constraint '{constraint.name}' does not say whether it is asked for"
     with own_code(constraint, what):
-        return constraint.asked(context)
+        return bool(constraint.asked(context))
 
 
 def _checked_block(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
@@ -592,10 +628,10 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
     if not isinstance(block, ConstraintBlock):
         raise InputError(f"{where} returns no ConstraintBlock; return self.over_step(...)")
     texts = block.name, block.unit, block.words, *block.labels
-    if isinstance(block.labels, str) or not all(isinstance(text, str) for text in texts):
+    if isinstance(block.labels, str) or not all(map(is_line, texts)):
         raise InputError(
             f"the labels of {where} are {shown(block.labels)}, its unit is {shown(block.unit)}; "
-            "give a tuple of texts for the rows, and texts for name, unit and words"
+            "give a tuple of texts for the rows, and texts of one line for name, unit and words"
         )
     if len({one.rows for one in block.reads}) != 1:
         raise InputError(
@@ -609,8 +645,8 @@ def _checked_block(constraint: Constraint, context: ConstraintContext) -> Constr
     check_function(block.function, typical, shape[1], where)
     _check_limits(block, shape, where)
     scale = block.scale
-    if not (_are_numbers(scale) and np.isfinite(scale).all() and (scale > 0.0).all()):
-        raise InputError(f"the scale of {where} is {block.scale}; it must be above 0")
+    if not (_are_numbers(scale) and all(map(is_of_use, scale)) and (scale > 0.0).all()):
+        raise InputError(f"the scale of {where} is {scale}; it must be above 0, {USABLE}")
     return block
 
 
@@ -670,13 +706,15 @@ def _check_limits(block: ConstraintBlock, shape: tuple[int, int], where: str) ->
         raise InputError(f"the limits of {where} have shapes other than {shape}")
     if not (_are_numbers(lower) and _are_numbers(upper)):
         raise InputError(f"the limits of {where} are no numbers; leave out what has no limit")
-    wrong = ~(lower <= upper)  # what is no number is wrong, too
+    none = (lower == np.inf) | (upper == -np.inf)  # of any row
+    huge = np.abs(np.where(np.isfinite([lower, upper]), [lower, upper], 0.0)).max(axis=0) > NUMBER
+    wrong = ~(lower <= upper) | none | huge  # what is no number is wrong, too
     if wrong.any():
         instant, row = np.argwhere(wrong)[0]
         raise InputError(
             f"the limits of '{block.labels[row]}' of {where} are {lower[instant, row]} to "
-            f"{upper[instant, row]} {block.unit}; give numbers, the lower not above the upper, and "
-            "leave out what has no limit"
+            f"{upper[instant, row]} {block.unit}; give numbers, the lower not above the upper, "
+            f"none above {NUMBER:g}, and leave out what has no limit"
         )
 
 

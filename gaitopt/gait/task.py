@@ -14,14 +14,13 @@ from typing import Any
 from gaitopt.bounds import POSTURES, at_most, is_finite, must_be, shown
 from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule, ToeLine
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError, there_are
+from gaitopt.errors import InputError, own_code, there_are
 from gaitopt.gait.constraint import (
     Constraint,
     Margin,
     check_declaration,
     check_relaxation,
     declared_margins,
-    own_code,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
@@ -494,6 +493,12 @@ def _check_terrain(terrain: object) -> None:
     if not isinstance(terrain, Terrain):
         raise InputError(f"terrain is {shown(terrain)}; give one, as Stairs(0.1)")
     check_declaration(terrain, "name")
+    for name in ("in_mirror", "across_angle", "incline"):
+        if getattr(type(terrain), name) is not getattr(Terrain, name):
+            raise InputError(
+                f"the terrain '{terrain.name}' has {name} of its own; leave that out: it follows "
+                "from `down`"
+            )
     with own_code(terrain, f"the terrain '{terrain.name}'"):
         down: Any = terrain.down
     three = isinstance(down, tuple) and len(down) == len(LEVEL) and all(map(is_finite, down))

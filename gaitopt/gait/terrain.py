@@ -14,10 +14,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.bounds import fixed, is_finite, shown
+from gaitopt.bounds import fixed, is_finite, is_line, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.gait.functions import QuantityFunction
+from gaitopt.gait.functions import QuantityFunction, real_array
 from gaitopt.model.sole import LEVEL, Sole
 from gaitopt.nlp import Array
 
@@ -271,15 +271,17 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
         InputError: a number of it is none, its height is not finite, a derivative is wrong, or the
             footprints are not level or not where `rise` says.
     """
-    if not isinstance(words := terrain.words(step), str):
+    if not is_line(words := terrain.words(step)):
         raise InputError(
-            f"the words of the terrain '{terrain.name}' are {shown(words)}; give a text"
+            f"the words of the terrain '{terrain.name}' are {shown(words)}; give a text of one line"
         )
     for name, value in (("lift", terrain.lift), ("rise", terrain.rise)):
         if not is_finite(value):
             raise InputError(
                 f"the {name} of the terrain '{terrain.name}' is {shown(value)}; give metres"
             )
+    if not all(isinstance(one, Terrain) for one in terrain.easier()):
+        raise InputError(f"easier() of the terrain '{terrain.name}' returns no tuple of terrains")
     profile = terrain.profile(sole, step, nosing)
     if profile is None:
         return
@@ -296,8 +298,17 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
     before, here, after = (profile.height(x + d) for d in (-move, 0.0, move))
     if not all(isinstance(part, tuple | list) and len(part) == _ORDERS for part in (here, after)):
         raise InputError(f"{what} returns no tuple of the height and two derivatives")
-    if any(np.shape(part) != x.shape or not np.isfinite(part).all() for part in here):
-        raise InputError(f"{what} returns no finite height and two derivatives for every x")
+    pairs = profile.height(x.reshape(-1, 1))  # the corners at all instants are asked for at once
+    if not all(
+        real_array(part, what).shape == x.shape
+        and np.isfinite(part).all()
+        and np.array_equal(part, np.ravel(other))
+        and np.shape(other) == (x.size, 1)
+        for part, other in zip(here, pairs, strict=True)
+    ):
+        raise InputError(
+            f"{what} returns no finite height and two derivatives for every x, each of its shape"
+        )
     for k, name in enumerate(("first", "second")):
         found = (after[k] - before[k]) / (2.0 * move)
         if np.abs(found - here[k + 1]).max() > _APART * max(np.abs(found).max(), 1e-9):

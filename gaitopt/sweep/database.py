@@ -24,11 +24,11 @@ from typing import Any
 from gaitopt.actuators.motors import motor_table_of
 from gaitopt.atomic import cannot_go_on
 from gaitopt.bounds import DATABASE as MOST_BYTES
-from gaitopt.bounds import shortened, too_large
+from gaitopt.bounds import is_finite, shortened, shown, too_large
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.design.options import DesignOptions
-from gaitopt.errors import GaitFileError, InputError, SpecError, reason_of
+from gaitopt.errors import GaitFileError, InputError, reason_of
 from gaitopt.gait.gait_file import gait_inside
 from gaitopt.gait.task import Task, task_record
 from gaitopt.model.import_options import choices_from_record, choices_record
@@ -294,7 +294,6 @@ def robot_source_of(directory: Path, record: Record) -> RobotSource:
 
     Raises:
         GaitFileError: the record does not say it.
-        InputError: what it says is no robot.
     """
     try:
         robot = record["robot"]
@@ -305,7 +304,7 @@ def robot_source_of(directory: Path, record: Record) -> RobotSource:
             None if spec is None else merged(biped13(), spec),
             motors=motor_table_of(robot["motors"]) if "motors" in robot else None,
         )
-    except (*DAMAGE, SpecError) as error:
+    except (*DAMAGE, InputError) as error:
         raise damaged(directory, "its robot", error) from error
 
 
@@ -326,11 +325,12 @@ def no_library(directory: Path, file: str) -> GaitFileError:
     )
 
 
-def of_another_format(path: Path, form: int) -> GaitFileError:
+def of_another_format(path: Path, found: object, form: int) -> GaitFileError:
     """Return the error that a file of a library is of another format than the one that is read."""
+    newer = is_finite(found) and found > form
+    advice = "install a newer gaitopt" if newer else "make the library again, in another directory"
     return GaitFileError(
-        f"'{path}' is of another format than {form}, which this gaitopt reads; make the library "
-        "again, in another directory"
+        f"the format of '{path}' is {shown(found)}, this gaitopt reads {form}; {advice}"
     )
 
 

@@ -244,7 +244,7 @@ def _read(folder: Path) -> tuple[Record, dict[str, Any]] | None:
     if found is None:
         return read_library_0_1(folder)
     if found[0].get("format") != FORMAT:
-        raise of_another_format(folder / DATABASE, FORMAT)
+        raise of_another_format(folder / DATABASE, found[0].get("format"), FORMAT)
     return found
 
 

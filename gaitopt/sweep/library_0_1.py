@@ -49,7 +49,8 @@ def read_library_0_1(directory: Path) -> tuple[Record, dict[str, Any]] | None:
     except (OSError, ValueError, RecursionError) as error:
         raise no_library(directory, MANIFEST) from error
     if not isinstance(record, dict) or record.get("format") != _FORMAT:
-        raise of_another_format(path, _FORMAT)
+        form = record.get("format") if isinstance(record, dict) else None
+        raise of_another_format(path, form, _FORMAT)
     grid = grid_of(directory, record)
     robot = robot_source_of(directory, record)
     try:

@@ -217,7 +217,7 @@ def test_a_plugin_may_not_take_the_name_of_an_option(tmp_path, cli):
     assert "has a field 'speed', which is the name of an option of gaitopt" in refused.stderr
 
 
-LATE = "ComplexStep(lambda v: v[:, :1] if len(v) == 1 else v[0, 99])"
+LATE = "ComplexStep(lambda v: v[:, :1] if len(v) <= 2 else v[0, 99])"
 FIRST, ROWS = (
     "first = Entries(slice(0, 1), len(context.robot.joint_names))",
     "upper=self.least_roll",
@@ -225,6 +225,14 @@ FIRST, ROWS = (
 BROKEN = [
     (LIMIT, ROWS, "upper=float('nan')", "are -inf to nan rad; give numbers"),
     (LIMIT, ROWS, "lower=1.0, upper=0.0", "limits of 'roll' .* are 1.0 to 0.0 rad"),
+    (LIMIT, ROWS, "lower=np.inf, upper=np.inf", "are inf to inf rad; give numbers"),
+    (LIMIT, ROWS, "upper=1e300", "are -inf to 1e.300 rad; give numbers"),
+    (
+        LIMIT,
+        "def block",
+        "asked = lambda *_: np.ones(2)\n\n    def block",
+        "whether it is asked for",
+    ),
     (LIMIT, ROWS, "upper='x'", "the limits of the constraint 'roll' are no numbers"),
     (LIMIT, ROWS, "scale='x'", r"the scale of the constraint 'roll' is \['x'\]"),
     (LIMIT, '("roll",)', '"r"', "give a tuple of texts for the rows"),
@@ -234,7 +242,7 @@ BROKEN = [
         LIMIT,
         FIRST,
         f"first = {LATE}",
-        r"IndexError in line \d+ of the plugin mine.py: .*correct it",
+        r"IndexError: .*\(line \d+ of mine.py\); correct it",
     ),
     (
         LIMIT,
@@ -280,6 +288,16 @@ BROKEN = [
     ),
     (GROUND, "0.01", "float('nan')", "the lift of the terrain 'plains' is nan; give metres"),
     (GROUND, "0.01", "10**400", "the lift of the terrain 'plains' is more than 1e15; give metres"),
+    (GROUND, '"over plains"', '"over\\nplains"', "give a text of one line"),
+    (
+        GROUND,
+        "def words",
+        "incline = 'x'\n\n    def words",
+        "has incline of its own; leave that",
+    ),
+    (GROUND, "def words", "easier = lambda _: [7]\n\n    def words", "returns no tuple of terr"),
+    (GROUND, "return np.zeros(x.shape),", "return 0j * x,", "return an array of real numbers"),
+    (GROUND, "return np.zeros(x.shape),", "return 0 * x.T,", "each of its shape"),
     (GROUND, "return Plain()", "return 7", "is 7; give an instance of a Profile"),
     (GROUND, "return Plain()", "1 / 0", r"terrain 'plains': ZeroDivisionError.*\(line \d+ of mine"),
     (GROUND, "0.3", "'far'", "has the length 'far'; give metres"),

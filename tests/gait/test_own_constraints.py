@@ -19,7 +19,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.constraints import MotorEnvelope
-from gaitopt.gait.costs import RunningCost, TorqueCost, WeightedSum
+from gaitopt.gait.costs import Cost, CostFunction, RunningCost, TorqueCost, WeightedSum
 from gaitopt.gait.functions import ComplexStep, Linear, SquaredNorm
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.plugin import load_plugin
@@ -146,8 +146,8 @@ class Twice(Wrong):
 @pytest.mark.parametrize(
     ("constraint", "message"),
     [
-        (Wrong(width=5), "function of the constraint 'wrong' cannot be evaluated at 6 entries: V"),
-        (Wrong(labels=2), r"function of .* returns shape \(1, 1\) for one .*; return \(1, 2\)"),
+        (Wrong(width=5), "constraint 'wrong' cannot be evaluated at 2 .* 6 entries: V"),
+        (Wrong(labels=2), r"function of .* returns shape \(2, 1\) for 2 .*; return \(2, 2\)"),
         (Wrong(labels=-1, width="six"), "constraint 'wrong' cannot make its rows: TypeError"),
         (Wrong(scale=0.0), "scale of the constraint 'wrong' is .*; it must be above 0"),
         (Wrong(labels="exit"), "constraint 'wrong' cannot make its rows: SystemExit: 3"),
@@ -285,13 +285,104 @@ class Shapeless(RunningCost):
 
 
 def test_costs_that_do_not_fit_are_refused(robot):
-    with pytest.raises(InputError, match=r"'shapeless' returns shape \(1, 2\) .* return \(1, 1\)"):
+    with pytest.raises(InputError, match=r"'shapeless' returns shape \(2, 2\) .* return \(2, 1\)"):
         WalkProblem(robot, preset_task(cost=Shapeless()))
     both = WeightedSum(((TorqueCost(), 1.0), (Shapeless(1, -1.0), 1.0)))
-    with pytest.raises(InputError, match=r"'shapeless' is -12 1 at typical .*; it must be above 0"):
+    with pytest.raises(InputError, match=r"'shapeless' is -12.0 1 at typical .* above 0"):
         WalkProblem(robot, preset_task(cost=both))
     with pytest.raises(InputError, match="'shapeless' cannot make its integrand: TypeError"):
         WalkProblem(robot, preset_task(cost=Shapeless("two")))
+
+
+class HalfSquares(CostFunction):
+    """0.5 sum of w v², v the joint rates, one of whose answers is changed."""
+
+    def __init__(self, cost, weights):
+        self.cost, self.weights = cost, weights
+
+    def changed(self, name, answer):
+        """Return an answer, another one if it is asked for."""
+        return self.cost.change(answer) if self.cost.of == name else answer
+
+    def value(self, step):
+        """Return the cost."""
+        v = step.values[quantities.RATES]
+        if self.cost.of == "what it reads":
+            v.fill(0.0)
+        return self.changed("value", float(0.5 * self.weights @ (v * v).sum(axis=1)))
+
+    def gradient(self, step):
+        """Return w v."""
+        first = self.weights[:, None] * step.values[quantities.RATES]
+        return self.changed("gradient", {quantities.RATES: first})
+
+    def hessian(self, step):
+        """Return w."""
+        width = step.values[quantities.RATES].shape[1]
+        pair = (quantities.RATES, quantities.RATES)
+        return self.changed("hessian", {pair: self.weights[:, None, None] * np.eye(width)})
+
+
+@dataclass(frozen=True)
+class Half(Cost):
+    """A cost that is no integral."""
+
+    name, unit, words = "half", "1", "a cost of the tests"
+    reads = (quantities.RATES,)
+    of: str = ""
+    change: object = None
+
+    def function(self, context):
+        """Return it for a walk."""
+        found = HalfSquares(self, context.weights)
+        return self.change(found) if self.of == "function" else found
+
+    def typical(self, context):
+        """Return its size."""
+        return self.change(1.0) if self.of == "typical" else 1.0
+
+
+def entries(change):
+    """Return a change of every entry of a dictionary."""
+    return lambda found: {key: change(entry) for key, entry in found.items()}
+
+
+def test_a_sound_cost_that_is_no_integral_is_taken(robot):
+    both = WeightedSum(((TorqueCost(), 1.0), (Half(), 20.0)))
+    for cost in (Half(), both):
+        first_guess(WalkProblem(robot, preset_task(cost=cost, samples=9)))
+
+
+@pytest.mark.parametrize(
+    ("of", "change", "message"),
+    [
+        ("function", lambda _: None, "'half' has None for its function; return a CostFunction"),
+        ("function", lambda _: 1 / 0, "'half' cannot make its function: ZeroDivisionError: .*line"),
+        ("typical", lambda _: "1", "'half' is '1' 1 at typical .* above 0 there"),
+        ("typical", lambda _: 1e-300, "'half' is 1e-300 1 at typical"),
+        ("typical", next, "'half' has no typical value: TypeError"),
+        ("value", str, "the value of the cost 'half' is '.*'; return a number"),
+        ("value", lambda v: v + 0j, "the value of the cost 'half' is .*; return a number"),
+        ("value", lambda _: 10**400, "the value of the cost 'half': OverflowError"),
+        ("value", lambda _: float("nan"), "'half' has no finite value at the first guess"),
+        ("gradient", lambda _: None, "the gradient of the cost 'half' is None; return a dict"),
+        ("gradient", list, "the gradient of the cost 'half' is .*; return a dictionary"),
+        ("gradient", lambda found: {"rates": found}, "an entry 'rates'; those of what it reads"),
+        ("gradient", lambda g: {quantities.TORQUE: g}, r"entry <.*torque .*are <.*rates .*travel"),
+        ("gradient", entries(np.transpose), r"rates .* has shape \(12, 9\); return \(9, 12\)"),
+        ("gradient", entries(lambda g: g + 0j), "return an array of real numbers"),
+        ("gradient", entries(lambda g: 1.1 * g), "the gradient of the cost 'half' disagrees with"),
+        ("gradient", lambda _: {}, "the gradient .* disagrees with differences of its value; cor"),
+        ("hessian", lambda _: None, "the hessian of the cost 'half' is None; return a dictionary"),
+        ("hessian", entries(lambda h: h[1:]), r"has shape \(8, 12, 12\); return \(9, 12, 12\)"),
+        ("hessian", lambda h: dict.fromkeys([quantities.RATES], h), "an entry <.*rates.*>; those"),
+        ("hessian", entries(lambda h: 0 * h), "the hessian .* disagrees with .* its gradient; cor"),
+        ("what it reads", None, "the value of the cost 'half': ValueError: .* read-only .line"),
+    ],
+)  # fmt: skip
+def test_a_cost_function_that_is_none_is_told(robot, of, change, message):
+    with pytest.raises(InputError, match=message):
+        first_guess(WalkProblem(robot, preset_task(cost=Half(of, change), samples=9)))
 
 
 class Nameless(Constraint):

@@ -153,9 +153,9 @@ def test_a_line_that_is_no_json_is_named(old):
 def test_a_manifest_of_another_format_is_refused(robot, old):
     manifest = json.loads((old / "manifest.json").read_text())
     (old / "manifest.json").write_text(json.dumps({**manifest, "format": 1}))
-    with pytest.raises(GaitoptError, match="of another format than 2"):
+    with pytest.raises(GaitoptError, match="is 1, this gaitopt reads 2; make the"):
         open_library(old)
-    with pytest.raises(GaitoptError, match="of another format than 2"):
+    with pytest.raises(GaitoptError, match="is 1, this gaitopt reads 2; make the"):
         sweep(robot, TASK, [AXIS], old, QUICK)
     assert not (old / "library.sqlite").exists()
 
