@@ -6,6 +6,7 @@ import errno
 import os
 import re
 from contextlib import suppress
+from os.path import exists, isdir, isfile
 from pathlib import Path
 from typing import BinaryIO
 
@@ -74,10 +75,16 @@ def make_directory(path: Path) -> Path:
 
 def taken_by(path: Path) -> str:
     """Return what stands where a file is to be written, if a file cannot take its place."""
-    if path.is_dir():
+    if isdir(path):
         return "it is a directory"
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return ""  # so far
+    except (OSError, ValueError) as error:
+        return reason_of(error)
     # replaced by a file, a device or a pipe would be gone for every other program
-    return "it is a device or a pipe" if path.exists() and not path.is_file() else ""
+    return "it is a device or a pipe" if exists(path) and not isfile(path) else ""
 
 
 def is_leftover(path: Path) -> bool:
@@ -115,7 +122,7 @@ def _locked(path: Path) -> BinaryIO:
         try:
             with suppress(OSError):  # a file system without locks
                 fcntl.flock(stream, fcntl.LOCK_EX)
-            if path.exists():  # else it was swept away before the lock was ours
+            if exists(path):  # else it was swept away before the lock was ours
                 return stream
         except BaseException:
             stream.close()

@@ -389,6 +389,13 @@ def test_every_physical_quantity_has_a_unit_in_a_docstring():
     assert seen > 300
 
 
+def test_paths_are_asked_by_what_raises_nothing():
+    """`Path.exists` and its like raise for names too long, loops of links, and closed folders."""
+    asked = re.compile(r"\.(exists|is_file|is_dir|resolve)\(\)")
+    files = (ROOT / "gaitopt").rglob("*.py")
+    assert [path.name for path in files if asked.search(path.read_text("utf-8"))] == []
+
+
 def test_no_two_test_files_share_a_name():
     names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
     assert [name for name in names if names.count(name) > 1] == []

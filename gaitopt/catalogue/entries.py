@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import field, replace
 from importlib import resources
+from os.path import isdir, isfile
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, cast
@@ -195,7 +196,7 @@ def description(entry: CatalogueEntry) -> tuple[str | Path, ImportOptions]:
     if folder is None:
         raise MissingExtraError(f"the robot '{entry.name}'", EXTRA)
     path = folder / entry.file
-    if not path.is_file():
+    if not isfile(path):
         raise InputError(
             f"the installed {_PACKAGE} has no file '{entry.file}'; "
             f"run: pip install --upgrade 'gaitopt[{EXTRA}]'"
@@ -228,7 +229,7 @@ def _descriptions() -> Path | None:
         folder = Path(str(distribution(_PACKAGE).locate_file(_DESCRIPTIONS)))
     except PackageNotFoundError:
         return None
-    return folder if folder.is_dir() else None
+    return folder if isdir(folder) else None
 
 
 def read_entry(name: str, text: str | bytes) -> CatalogueEntry:

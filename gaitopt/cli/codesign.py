@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from os.path import exists
 from pathlib import Path
 from typing import Any
 
@@ -317,7 +318,7 @@ def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[DesignTrial] |
     Raises:
         InputError: the file is of another study, or cannot be read.
     """
-    if not path.exists():
+    if not exists(path):
         return None
     try:
         lines = read_bounded(path, JOURNAL).decode().splitlines()
@@ -344,7 +345,7 @@ def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[DesignTrial] |
 def _append(path: Path, record: Mapping[str, Any]) -> None:
     """Append a line, all of it on the disk before the next trial begins."""
     try:
-        whole = path.read_bytes() if path.exists() else b""
+        whole = path.read_bytes() if exists(path) else b""
         if whole and not whole.endswith(b"\n"):  # of a process that was killed while it wrote
             whole = whole[: whole.rfind(b"\n") + 1]
             write_atomically(path, whole)

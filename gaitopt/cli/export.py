@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from os.path import isdir, realpath
 from pathlib import Path
 
 import typer
@@ -34,12 +35,12 @@ def run(asked: ExportOptions) -> None:
         raise InputError(
             "Missing option '--output': give a file, .csv, .json or .yaml; or name a --format"
         )
-    if path.is_dir():
+    if isdir(path):
         if form is None:
             raise InputError(f"'{path}' is a directory; name a --format for its gaits")
         if asked.both_legs:
             raise InputError("--both-legs goes without --format: motions have both")
-        folder = output or path.with_name(f"{path.resolve().name}-{form.name}")
+        folder = output or path.with_name(f"{Path(realpath(path)).name}-{form.name}")
         index = export_library(
             path, folder, format=form.name, rate=asked.rate, strides=asked.strides,
             joints=asked.joints,
@@ -79,7 +80,7 @@ def _write_mjcf(asked: ExportOptions) -> None:
     path, rate, strides = asked.gait, asked.rate, asked.strides
     of_motions = {"--joints": asked.joints is not None, "--both-legs": asked.both_legs}
     refuse_options(of_motions, f"without --format {MJCF}")
-    if path.is_dir():
+    if isdir(path):
         raise InputError(f"'{path}' is a directory; --format {MJCF} writes one gait, a .npz")
     target = asked.output or path.with_name(f"{path.stem}-{MJCF}.xml")
     if target.suffix.lower() != ".xml":

@@ -12,6 +12,7 @@ import io
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from os.path import isdir
 from pathlib import Path
 from typing import Any
 
@@ -288,7 +289,7 @@ def gaits_of(paths: Sequence[Path]) -> dict[str, Gait]:
 
 
 def _gaits_in(path: Path) -> dict[str, Gait]:
-    if not path.is_dir():
+    if not isdir(path):
         return {str(path): load_gait(path)}
     library = open_library(path)
     done = [point for point in library.grid.order if library.states[point].row is not None]

@@ -35,6 +35,8 @@ from gaitopt.errors import (
 from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
 
+_LONGEST = 200  # characters of a file's name in a message
+
 
 class ExitCode(IntEnum):
     """Exit codes of every command.
@@ -70,7 +72,8 @@ def errors_reported(*, robots: bool = True) -> Iterator[None]:
         print_advice(f"- {sentence}" for sentence in sentences)
         raise typer.Exit(error.exit_code) from error
     except OSError as error:
-        print_error(str(error))
+        name = "" if error.filename is None else f"cannot use '{str(error.filename)[:_LONGEST]}': "
+        print_error(f"{name}{reason_of(error)}")
         raise typer.Exit(ExitCode.BAD_INPUT) from error
     except KeyboardInterrupt as error:
         print_error("interrupted before it was done; every file that was written is complete")

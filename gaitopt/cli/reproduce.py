@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from os.path import isfile
 from pathlib import Path
 
 import typer
@@ -23,7 +24,7 @@ def run(asked: ReproduceOptions) -> None:
         typer.Exit: with the exit code of the reproduction.
     """
     sources = Path(gaitopt.__file__).parents[1]
-    if not (sources / FOLDER / "__main__.py").is_file():
+    if not isfile(sources / FOLDER / "__main__.py"):
         raise InputError(
             f"the reproduction of the paper is not installed with gaitopt ('{sources}' has no "
             f"'{FOLDER}'); get the sources of gaitopt and run `python -m {FOLDER}` in them"

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
+from os.path import isdir
 from pathlib import Path
 from typing import Any, cast
 
@@ -149,7 +150,7 @@ def require_directories(directories: Iterable[Path]) -> None:
         InputError: one is not there.
     """
     for directory in directories:
-        if not directory.is_dir():
+        if not isdir(directory):
             raise InputError(
                 f"--package-dir {directory}: there is no such directory; give the one that holds "
                 "the packages which the mesh paths name"

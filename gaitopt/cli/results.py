@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import is_dataclass
+from os.path import exists, isdir, realpath
 from pathlib import Path
 
 import tomli_w
@@ -151,17 +152,17 @@ def require_writable(directory: Path, option: str = "--output") -> None:
         InputError: it cannot.
     """
     whole = directory.absolute()
-    missing = [path for path in (whole, *whole.parents) if not path.exists()]
+    missing = [path for path in (whole, *whole.parents) if not exists(path)]
     nearest = missing[-1].parent if missing else whole
     try:
-        if not nearest.is_dir():
+        if not isdir(nearest):
             raise NotADirectoryError
         whole.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=whole):
             pass
     except (OSError, ValueError) as error:
         reason = f"in '{nearest}': {reason_of(error)}"
-        if not nearest.is_dir():
+        if not isdir(nearest):
             reason = f"'{nearest}' is a file"
         raise InputError(
             f"cannot write to '{directory}': {reason}; give another {option} directory"
@@ -188,7 +189,7 @@ def keep_files(
         InputError: one would.
     """
     mark = directory / results[0]
-    earlier = mark.exists()
+    earlier = exists(mark)
     if earlier and begins:
         with suppress(OSError), mark.open("rb") as stream:
             earlier = stream.read(len(begins)) == begins.encode()
@@ -198,7 +199,7 @@ def keep_files(
             with suppress(OSError, ValueError):  # told where it is read
                 if isinstance(one, Path) and path.samefile(one):
                     reason = "which is read"
-        if reason and path.exists():
+        if reason and exists(path):
             raise InputError(
                 f"--output {directory}: a result would replace '{path}', {reason}; give another "
                 "directory, or move the file"
@@ -219,13 +220,13 @@ def require_files(*files: tuple[Path | None, str]) -> None:
     for path, option in files:
         if path is None:
             continue
-        if (other := taken.setdefault(path.resolve(), option)) != option:
+        if (other := taken.setdefault(Path(realpath(path)), option)) != option:
             raise InputError(
                 f"{option} {path}: {other} is to write the same file; give two file names"
             )
-        folder = path.resolve().parent  # a link is followed, not replaced
+        folder = Path(realpath(path)).parent  # a link is followed, not replaced
         reason = taken_by(path)
-        if reason or not folder.is_dir():
+        if reason or not isdir(folder):
             reason = reason or f"there is no directory '{folder}'"
             raise InputError(f"{option} {path}: cannot write it: {reason}; give another file name")
         require_writable(folder, option)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import exists
 from pathlib import Path
 
 import typer
@@ -37,7 +38,7 @@ def run(asked: TransitionOptions) -> None:
         )
     require_files((output, "--output"))
     files = [Path(end) for end in (begin, finish) if end != STANDING]
-    if any(output.exists() and one.exists() and output.samefile(one) for one in files):
+    if any(exists(output) and exists(one) and output.samefile(one) for one in files):
         raise InputError(f"'{output}' is one of the gaits; give another file to write")
     if STANDING not in (begin, finish):
         given = {f"--stretch {asked.stretch:g}": asked.stretch != STRETCH}
@@ -77,7 +78,7 @@ def _designed(
 def _end(text: str) -> Gait | None:
     if text == STANDING:
         return None
-    if not Path(text).exists():
+    if not exists(text):
         raise InputError(
             f"there is no such file as '{text}'; {did_you_mean(text, [STANDING])}give '{STANDING}' "
             "or a gait file, that gaitopt optimise --output wrote"

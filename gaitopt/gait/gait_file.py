@@ -6,9 +6,11 @@ import hashlib
 import io
 import json
 import math
+import stat
 import zipfile
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
+from os.path import isdir, isfile
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, NUMBER, too_large
 from gaitopt.contact import FlatFoot, LegExchange, PhaseEnd
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import GaitFileError, InputError, RobotError
+from gaitopt.errors import GaitFileError, InputError, RobotError, reason_of
 from gaitopt.gait.result import OF_TURN, OPTIONAL, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.physics import MOST_POWER
@@ -632,12 +634,16 @@ _WIDTHS = {"f": np.float64, "i": np.int64}
 
 def read_members(source: Path) -> tuple[Arrays, dict[str, str]]:
     """Return the arrays of a file, and the digest of each."""
-    if source.is_dir():
+    if isdir(source):
         raise bad_file(source, f"is a directory{gait_inside(source)}")
-    if not source.is_file():
-        raise bad_file(
-            source, "it is no regular file" if source.exists() else "there is no such file"
-        )
+    try:
+        regular = stat.S_ISREG(source.stat().st_mode)
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise bad_file(source, "there is no such file") from error
+    except (OSError, ValueError) as error:
+        raise bad_file(source, reason_of(error)) from error
+    if not regular:
+        raise bad_file(source, "it is no regular file")
     # Damaged archives raise a dozen unrelated exceptions: zip, zlib, header parser, decoder.
     try:
         if large := too_large(source.stat().st_size, GAIT):
@@ -738,7 +744,7 @@ def read_meta(source: Path, members: Arrays) -> tuple[object, dict[str, object]]
 def gait_inside(directory: Path) -> str:
     """Return words that name the gait in a directory of `gaitopt optimise`; none if it is none."""
     path = directory / "gait.npz"
-    return f"; there is the gait '{path}'" if path.is_file() else ""
+    return f"; there is the gait '{path}'" if isfile(path) else ""
 
 
 def bad_file(source: Path, reason: str) -> GaitFileError:

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
+from os.path import isfile
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 from xml.etree import ElementTree
@@ -87,7 +88,7 @@ class MeshPaths:
         address = file.replace("\\", "/")
         ways = dict.fromkeys((address, unquote(address)))
         places = (path for way in ways for path in self._places(way))
-        return next((path for path in places if path.is_file()), None)
+        return next((path for path in places if isfile(path)), None)
 
     def problem(self, file: str) -> str:
         """Return why a mesh file cannot be used, or an empty string."""
@@ -111,7 +112,7 @@ class MeshPaths:
         scheme, separated, inside = address.partition("://")
         if separated and scheme.lower() in _PACKAGE_SCHEMES:
             package, _, inside = inside.partition("/")
-            yield from self._in_package(package, inside)
+            yield from self._in_package(package, inside.lstrip("/"))
             return
         if separated and scheme.lower() == "file":
             address = inside.removeprefix("localhost")  # which leaves the path from the root

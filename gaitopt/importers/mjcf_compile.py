@@ -11,6 +11,7 @@ import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from os.path import realpath
 from pathlib import Path, PurePosixPath
 from types import ModuleType
 from typing import Any, cast
@@ -164,7 +165,7 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
         try:
             # MuJoCo keeps the directory as it is written, and may be asked from another one later.
             load = mujoco.MjSpec.from_string if path is None else mujoco.MjSpec.from_file
-            spec = load(text if path is None else str(path.resolve()))
+            spec = load(text if path is None else realpath(path))
             spec.memory = -1  # of simulations, which may ask for more than there is
             _without_pictures(spec)
             scene, touching = _without_scene(spec)
@@ -249,7 +250,7 @@ def _place_meshes(
         files[mesh.name] = file
         found, reason = paths.find(file), paths.problem(file)
         if not reason and found is not None:
-            mesh.file = str(found.resolve())
+            mesh.file = realpath(found)
             if found.suffix.lower() in _READABLE_SUFFIXES:
                 idle.add(mesh.name)
         elif not foreign:
@@ -336,7 +337,7 @@ def mesh_by_mujoco(path: Path) -> tuple[Array, Array] | None:
     with _listening(mujoco):
         try:
             spec = mujoco.MjSpec()
-            mesh = spec.add_mesh(name="mesh", file=str(path.resolve()))
+            mesh = spec.add_mesh(name="mesh", file=realpath(path))
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
             spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
             return _corners(spec.compile(), 0)

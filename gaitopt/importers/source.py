@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import field
 from functools import cached_property, lru_cache
+from os.path import exists, realpath
 from pathlib import Path
 from typing import ClassVar
 
@@ -152,9 +153,9 @@ class Source(ABC):
         files = self._mesh_files()
         if self.path is None or not files:
             return self.package_dirs
-        folder = self.path.resolve().parent
+        folder = Path(realpath(self.path)).parent
         names = {first_part(file) for file in files} - {"", ".", ".."}
-        above = [d for d in folder.parents if any((d / name).exists() for name in names)]
+        above = [d for d in folder.parents if any(exists(d / name) for name in names)]
         return tuple(dict.fromkeys((*self.package_dirs, str(folder), *map(str, above))))
 
     @cached_property
@@ -201,5 +202,5 @@ def mesh_triangles(mesh: coal.BVHModelBase) -> tuple[Array, NDArray[np.intp]]:
 
 def mesh_paths(path: Path | None, package_dirs: Collection[str]) -> MeshPaths:
     """Return where the meshes of a file are looked for, whose text alone may be known."""
-    base = None if path is None else path.resolve().parent
+    base = None if path is None else Path(realpath(path)).parent
     return MeshPaths(base, tuple(Path(p).expanduser() for p in package_dirs))

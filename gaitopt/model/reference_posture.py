@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from os.path import isfile
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -241,7 +242,7 @@ def _srdf(choices: ImportOptions, folder: Path) -> ElementTree.Element:
         )
     text = choices.srdf
     if not text.lstrip().startswith("<"):
-        path = next((p for p in (Path(text), folder / text) if p.is_file()), Path(text))
+        path = next((p for p in (Path(text), folder / text) if isfile(p)), Path(text))
         text = read_text(path, "SRDF")
     try:
         return ElementTree.fromstring(text)

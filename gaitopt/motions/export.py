@@ -12,6 +12,7 @@ import json
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
+from os.path import realpath
 from pathlib import Path
 
 import numpy as np
@@ -728,7 +729,7 @@ def export_library(
     form = format_named(format)
     folder = Path(directory)
     found = library if isinstance(library, Library) else open_library(library)
-    if folder.resolve() == found.directory.resolve():
+    if realpath(folder) == realpath(found.directory):
         raise InputError(f"'{folder}' is the library itself; give another directory")
     axes = [axis.name for axis in found.grid.axes]
     there = {

@@ -17,6 +17,7 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
+from os.path import exists, isfile
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -61,10 +62,10 @@ def read_database(directory: Path) -> tuple[dict[str, Any], dict[str, Any]] | No
         GaitFileError: the file cannot be read, or its manifest is damaged.
     """
     path = directory / DATABASE
-    if not path.exists():
+    if not exists(path):
         return None
     try:
-        reason = too_large(path.stat().st_size, MOST_BYTES) if path.is_file() else "it is no file"
+        reason = too_large(path.stat().st_size, MOST_BYTES) if isfile(path) else "it is no file"
         if reason:
             raise GaitFileError(f"cannot read '{path}': {reason}")
         with closing(_connected(path)) as connection:
@@ -126,10 +127,10 @@ class Database:
 
     def __init__(self, directory: Path) -> None:
         self.path, lock = directory / DATABASE, directory / LOCK
-        made = [] if lock.exists() else [lock]
+        made = [] if exists(lock) else [lock]
         self._lock = _lock(directory)
         # looked at under the lock: until then another sweep may have written it
-        self._made = made if self.path.exists() else [self.path, *made]
+        self._made = made if exists(self.path) else [self.path, *made]
         try:
             self._connection = _connected(self.path, "rwc")
         except sqlite3.Error as error:

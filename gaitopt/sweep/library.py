@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from os.path import exists, isdir, isfile
 from pathlib import Path
 from typing import Any
 
@@ -302,7 +303,7 @@ def file_fault(path: Path, values: Mapping[str, float], written: str) -> str:
         written: digest of what was written there; empty if unknown.
     """
     try:
-        if path.exists() and not path.is_file():
+        if exists(path) and not isfile(path):
             return DAMAGED  # a pipe would be waited for
         if written and digest(read_bounded(path, GAIT)) == written:
             return ""
@@ -310,7 +311,7 @@ def file_fault(path: Path, values: Mapping[str, float], written: str) -> str:
     except FileNotFoundError:
         return MISSING
     except (OSError, ValueError, GaitFileError):
-        return DAMAGED if path.exists() else MISSING
+        return DAMAGED if exists(path) else MISSING
     if _values(gait) != dict(values):
         return MISFILED
     return ALTERED if written else UNVOUCHED
@@ -480,7 +481,7 @@ class Writer:
 
     def _kept(self, error: InputError) -> InputError:
         reason = str(error).split(";")[0]
-        if not self.directory.is_dir():
+        if not isdir(self.directory):
             return InputError(
                 f"{reason}; the directory '{self.directory}' was removed or moved meanwhile; put "
                 "it back and give the same command again to go on, or begin anew without it"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from os.path import exists
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,7 @@ def read_library_0_1(directory: Path) -> tuple[Record, dict[str, Any]] | None:
         InputError: a line of the journal is not what a sweep wrote.
     """
     path = directory / MANIFEST
-    if not path.exists():
+    if not exists(path):
         return None
     try:
         record = json.loads(read_bounded(path, MANIFEST_BYTES))
@@ -74,7 +75,7 @@ def read_library_0_1(directory: Path) -> tuple[Record, dict[str, Any]] | None:
 def _lines(path: Path) -> Iterator[tuple[int, Any]]:
     """Yield number and event of every line; a last one that was never completed is left out."""
     try:
-        data = read_bounded(path, JOURNAL_BYTES) if path.exists() else b""
+        data = read_bounded(path, JOURNAL_BYTES) if exists(path) else b""
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read '{path}': {reason_of(error)}") from error
     lines = data.split(b"\n")[:-1]

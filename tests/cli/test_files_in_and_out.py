@@ -71,6 +71,20 @@ def test_no_command_writes_what_it_reads(cli, tmp_path, monkeypatch, name, targe
         assert "which is kept as it is; give another name to write" in result.stderr
 
 
+EVERY = [(n, one) for n in COMMANDS if n not in ("optimize", "robots") for one in settings_of(n)]
+
+
+@pytest.mark.parametrize(("name", "one"), EVERY, ids=[f"{n}-{one.name}" for n, one in EVERY])
+def test_names_that_no_file_can_have_are_told(cli, tmp_path, monkeypatch, name, one):
+    monkeypatch.chdir(tmp_path)
+    save_gait(sample_gait(), "needed")
+    Path("loop").symlink_to("loop")
+    for odd in (300 * "a", "loop"):
+        result = cli(*words_for(name, [(one, odd)]))
+        assert result.exit_code == 2
+        assert "Errno" not in result.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "name", "earlier"),
     [

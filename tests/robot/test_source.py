@@ -149,6 +149,7 @@ def test_what_all_readers_of_robots_take_is_read(tmp_path, before, case):
         ("file:///home/someone/legs_description/meshes/foot.stl", "robots/demo/urdf", {}),
         ("file://localhost/home/someone/meshes/foot.stl", "robots/legs_description/urdf", {}),
         ("PACKAGE://legs_description/meshes/foot.stl", "robots/legs_description/urdf", {}),
+        ("package://legs_description//meshes//foot.stl", "robots/legs_description/urdf", {}),
         ("package://legs%5Fdescription/meshes/foot.stl", "robots/legs_description/urdf", {}),
         (r"..\meshes\foot.stl", "robots/legs_description/urdf", {}),
     ],
