@@ -186,7 +186,8 @@ def attempt(
 ) -> Solution:
     """Solve from a first guess by the approach of the options, walk or not.
 
-    With multipliers (m,) it is no guess but a walk that is known, and solved directly.
+    With multipliers (m,) it is no guess but a walk that is known, and solved directly; all zero,
+    they are those of a walk that stands for one without an impact, which is none.
     """
     options, callback = search.options, search.callback(problem)
 
@@ -194,7 +195,7 @@ def attempt(
         solver = options.solver.first_stage
         return solver.solve(derived(walk, options), start, callback, search.ends)
 
-    if problem.schedule.striking and multipliers is None:
+    if problem.schedule.striking and (multipliers is None or not multipliers.any()):
         return _struck_walk(problem, x, solve)
     if multipliers is not None or not begins_relaxed(problem.task, options):
         return solve(problem, Start(x, multipliers))

@@ -548,8 +548,9 @@ def exchange(
 ) -> Iterator[tuple[WalkProblem, Solution, bool]]:
     """Yield walk, solution and whether Newton's method began it, until a walk keeps the limits.
 
-    After `MAX_ROUNDS` the last ones may still exceed them. A round whose solution is of no use must
-    be the last that is asked for.
+    After `MAX_ROUNDS` the last ones may still exceed them, and so may one that ended where it began
+    at the instants of the round before: all rounds after it would. A round whose solution is of no
+    use must be the last that is asked for.
 
     Args:
         x: where to begin, shape (P,).
@@ -564,7 +565,7 @@ def exchange(
         EvaluationError: a solution's walk is not defined on the fine grid.
     """
     instants, active, peaks = instants_of(sparse, active), tuple(active), tuple(peaks)
-    excess = _worst(peaks)
+    excess, before_it = _worst(peaks), sparse.grid.instants
     for number in range(MAX_ROUNDS):
         active, near = moved(active, peaks), None
         if newton is not None and fine is not None and number < FOLLOWED:
@@ -587,9 +588,11 @@ def exchange(
             moved_by = np.abs(solution.x - near.x) / problem.variables.scale
             if near.keeps and moved_by.max() <= STILL:
                 return  # nothing has moved since the limits were looked at
+        same = np.array_equal(problem.grid.instants, before_it) and np.array_equal(x, solution.x)
+        stuck, before_it = near is None and same, problem.grid.instants
         x, active = solution.x, active_rows(problem, solution.multipliers)
         peaks = () if fine is None else violated_rows(fine, x)
-        if not peaks:
+        if stuck or not peaks:
             return
         before, excess = excess, _worst(peaks)
         if excess < FASTER * before:

@@ -37,7 +37,6 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import Design, finished, is_walk
 from gaitopt.design.refinement import (
-    MAX_ROUNDS,
     exchange,
     is_strict,
     on_either_side,
@@ -223,17 +222,17 @@ def solve_between_samples(
 
     newton = quadratic(solver)
     peaks = () if fine is None or newton is not None else violated_rows(fine, x)
-    rounds = 0
-    for problem, solution, _ in exchange(sparse, x, active, solve, fine, peaks, newton):
-        rounds += 1
+    near = False
+    for problem, solution, moving in exchange(sparse, x, active, solve, fine, peaks, newton):
         if not is_walk(solution) or solution.cost >= cost_limit:
             return None
+        near = moving
         if found is None:
             found = FeasibleWalk(problem, solution, solution.iterations)
         else:
             whole = with_work(solution, found.solution)
             found = FeasibleWalk(problem, whole, found.first_iterations)
-    if rounds == MAX_ROUNDS and found is not None and fine is not None:
+    if not near and found is not None and fine is not None:  # rounds may end with limits exceeded
         return None if violated_rows(fine, found.solution.x) else found
     return found
 

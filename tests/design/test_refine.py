@@ -153,6 +153,24 @@ def test_where_no_instants_moved_rounds_are_solved_once(sampled_design, monkeypa
     assert len(grids) == len(set(grids)) > 1
 
 
+def test_rounds_end_where_one_gets_nowhere(sampled_design, monkeypatch):
+    """A round that returns its start at the instants of the one before would do so for ever."""
+    problem, first = sampled_design.problem, sampled_design.solution
+    monkeypatch.setattr(refinement, "resting_walk", lambda *_: None)
+    tried = []
+
+    def nowhere(finer, start):
+        tried.append(finer.grid.instants)
+        return replace(first, x=start.x, multipliers=start.multipliers)
+
+    fine = on_fine_grid(problem)
+    peaks = violated_rows(fine, first.x)
+    rounds = refinement.exchange(problem, first.x, (), nowhere, fine, peaks)
+    assert all(not near for *_, near in rounds)
+    assert len(tried) == 2
+    assert set(tried[0]) == set(tried[1]) > set(problem.grid.instants)
+
+
 class Refusing(Solver):
     """A solver that must not be asked, or that fails when it is."""
 

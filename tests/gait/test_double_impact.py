@@ -16,11 +16,13 @@ from gaitopt.contact import PhaseEnd
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import attempt, carried_over, gentle, impact_possible
+from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.grid import proof_grid
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.impact import ClosedImpact
@@ -28,7 +30,9 @@ from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds
 from gaitopt.motions.export import stride_record, stride_samples
+from gaitopt.nlp import Status
 from gaitopt.simulate.second_engine import second_engine
+from gaitopt.solvers import solver_by_name
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
 NAME = "upright, double support after an impact on both"
@@ -169,6 +173,17 @@ def test_no_impact_is_possible_on_both_feet_of_the_biped(robot):
     assert stalled.hessian is None  # that of the gentle walk has other variables
     loose = WalkProblem(robot, task.with_margins({"impulse_cop": False, "friction": 50.0}))
     assert impact_possible(loose, x)
+
+
+def test_a_start_from_a_walk_without_an_impact_looks_for_room_for_one_too(robot):
+    """Else the solver crawls where all limits on the impulse meet: 300 Hessians, not 30."""
+    task = preset_task(double_support=0.05, touch_down="impact")
+    search = Search(replace(QUICK, solver=solver_by_name("sqp")))
+    job = StartJob(robot, task, first_guess(WalkProblem(robot, task)), 0.1, 0)
+    second = job.run(SECOND, search).solution
+    assert second.status is Status.STALLED
+    assert not second.multipliers.any()
+    assert second.hessians < 60
 
 
 def test_file_table_and_export_tell_the_rear_foot(gait, tmp_path):

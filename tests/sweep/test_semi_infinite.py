@@ -62,8 +62,7 @@ def test_a_walk_that_costs_too_much_is_not_wanted(begun, kept):
 
 def test_a_walk_that_still_exceeds_a_limit_in_the_last_round_is_none(begun, monkeypatch):
     problem, solution, active, fine = begun
-    for module in (exchange, continuation):
-        monkeypatch.setattr(module, "MAX_ROUNDS", 1)
+    monkeypatch.setattr(exchange, "MAX_ROUNDS", 1)
     monkeypatch.setattr(exchange, "FOLLOWED", 0)
     assert solve_between_samples(problem, solution.x, active, SOLVER, fine) is None
     monkeypatch.setattr(continuation, "violated_rows", lambda fine, x: ())
