@@ -14,7 +14,7 @@ from typing import Any
 from gaitopt.dataclass import dataclass
 from gaitopt.design.design import checked_start
 from gaitopt.design.options import DesignOptions, Search
-from gaitopt.design.pipeline import Design, attempt, is_walk, landed_softly
+from gaitopt.design.pipeline import Design, attempt, is_walk, landed_softly, same_optimum
 from gaitopt.errors import GaitoptError, InputError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
@@ -169,7 +169,9 @@ def walks_at_best_times(
     search = Search(options, stop=stop)
     near = search.changed(approach="direct", differences="none")
     problem, names = WalkProblem(robot, task), searched_times(task, options)
-    walks = filter(is_walk, _first_walks(problem, search, near, start))
+    walks = list(filter(is_walk, _first_walks(problem, search, near, start)))
+    if len(walks) > 1 and same_optimum(problem, *((walk.cost, walk.x) for walk in walks)):
+        del walks[1:]  # moves from one and the same lead to one and the same
     found = [_moved(problem, walk, names, near) for walk in walks]
     found.sort(key=lambda f: f[1].cost)
     return [(timing, walk.x) for timing, walk in found] or [(task, start)]

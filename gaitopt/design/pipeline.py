@@ -45,6 +45,7 @@ from gaitopt.nlp import (
     Start,
     Status,
     kkt_residual,
+    worst_violation,
 )
 from gaitopt.solvers import FiniteDifferenceNLP
 from gaitopt.solvers.two_stage import UNCONFIRMED
@@ -135,6 +136,8 @@ VANISHED = 1e-3
 SOFTER = 1.02
 """Of the cost of the walk whose impulse vanishes, at most, at zero speed (measured: 0.1 to 0.6 %
 more, of walks that were no optima yet)."""
+SAME_COST = 1e-4  # relative difference of costs that counts as none
+SAME_PLACE = 0.05  # largest difference of parameters over their scale
 ROUND = 70
 """Iterations of a round of refinement, which begins near its solution (most take fewer than ten). A
 round that crawls is better followed by another, at whose instants it often does not."""
@@ -202,6 +205,8 @@ def attempt(
     start, spent = _relaxed_walk(problem, x, solve)
     if spent.status is Status.INTERRUPTED:
         return replace(spent, cost=np.nan, violation=np.inf)  # of another walk
+    if spent.status is Status.INFEASIBLE and _violates_no_more(problem, spent):
+        return spent  # what keeps it from being a walk does so without slack too
     return with_work(solve(problem, start), spent)
 
 
@@ -238,6 +243,21 @@ def begins_relaxed(task: Task, options: DesignOptions) -> bool:
 def is_walk(solution: Solution) -> bool:
     """Return whether a solution is a walk: feasible, optimal or not."""
     return bool(np.isfinite(solution.cost)) and solution.violation <= FEASIBLE
+
+
+def _violates_no_more(problem: WalkProblem, relaxed: Solution) -> bool:
+    """Return whether a walk keeps its limits as well as one with relaxed limits kept those."""
+    at, _ = worst_violation(problem, problem.values(relaxed.x))
+    return at <= relaxed.violation * (1.0 + 1e-9)
+
+
+def same_optimum(
+    problem: WalkProblem, one: tuple[float, Array], other: tuple[float, Array]
+) -> bool:
+    """Return whether two optima, cost and parameters (P,), are one to the precision of solvers."""
+    away = np.abs(one[1] - other[1]) / problem.variables.scale
+    near = abs(one[0] - other[0]) <= SAME_COST * abs(other[0])
+    return bool(near and away.max() <= SAME_PLACE)
 
 
 def _relaxed_walk(problem: WalkProblem, x: Array, solve: _Solve) -> tuple[Start, Solution]:

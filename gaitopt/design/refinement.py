@@ -57,6 +57,7 @@ from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.extremes import Extreme, located
 from gaitopt.design.options import Search
 from gaitopt.errors import EvaluationError
+from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import (
     NLP,
@@ -175,6 +176,8 @@ def resting_walk(
             step = stage.step(x, solver, last)
             if step is None or (steps > 2 and step.length > CONTRACTION * max(last, before)):
                 break
+            if steps > 1 and step.length >= WARM_RADIUS:
+                break  # from here on multipliers grow, and programs with them are hardly solvable
             slow = step.length > (NEAR if steps == 1 else max(RENEWED * last, NEAR))
             before, last = last, step.length
             x, held = stage.after(x, step)
@@ -309,19 +312,23 @@ class _Stage:
         self.numbers = [self._number(one.row) for one in held]
         self.multipliers = np.zeros(self.problem.rows.lower.size)
         np.add.at(self.multipliers, self.numbers, [one.row.multiplier for one in held])
-        self.nlp = _Masked(self.problem, self._idle(grid.count))
+        self.nlp = _Masked(self.problem, self._idle(sparse.grid))
 
-    def _idle(self, count: int) -> NDArray[np.bool_]:
+    def _idle(self, own: Grid) -> NDArray[np.bool_]:
         """Return the rows that are no limits here, shape (m,).
 
-        Those at instants at which only derivatives are wanted, and those next to an extreme of the
-        same row, which have nearly its gradient and keep their limit if it does.
+        Those at instants at which only derivatives are wanted, or only a row is held on which
+        nothing presses yet: there may be hundreds, and each other row near its limit is held at an
+        extreme of its own. And those next to an extreme of the same row, which have nearly its
+        gradient and keep their limit if it does.
 
         Args:
-            count: of the instants, the first ones, at which not only derivatives are wanted.
+            own: the instants of the walk.
         """
         idle: NDArray[np.bool_] = np.zeros(self.problem.rows.lower.size, dtype=bool)
-        beside = np.sort(self.problem.grid.instants[count:])
+        pressing = [one.row.instant for one in self.held if one.row.multiplier]
+        beside = np.sort(self.problem.grid.instants[own.count :])
+        beside = beside[~is_among(beside, np.unique(pressing))]
         for block in self.problem.blocks:
             if block.times is None:
                 continue

@@ -29,6 +29,7 @@ from gaitopt.design.pipeline import (
     finished,
     impulse_vanishes,
     is_walk,
+    same_optimum,
     without_impact,
 )
 from gaitopt.design.process import (
@@ -57,8 +58,6 @@ if TYPE_CHECKING:
 
 SECOND = 1  # number of the start that comes from there
 FASTER = 1.25  # of the speed: the walk from which slow ones are begun at last
-SAME_COST = 1e-4  # relative difference of costs that counts as none
-SAME_PLACE = 0.05  # largest difference of parameters over their scale
 MOTORS_TOLD = 3  # of another optimum
 ASKED_EVERY = 0.1  # s: how often `stop` is asked while other processes work
 LATE = 10.0  # s without a word from a process, which is then not waited for any longer
@@ -383,9 +382,7 @@ def _distinct(outcomes: list[Outcome], problem: WalkProblem) -> tuple[Optimum, .
         if not outcome.walks or solution.status is not Status.OPTIMAL:
             continue
         for i, known in enumerate(optima):
-            away = np.abs(solution.x - known.x) / problem.variables.scale
-            near = abs(solution.cost - known.cost) <= SAME_COST * abs(known.cost)
-            if near and away.max() <= SAME_PLACE:
+            if same_optimum(problem, (solution.cost, solution.x), (known.cost, known.x)):
                 optima[i] = replace(known, starts=(*known.starts, outcome.number))
                 break
         else:

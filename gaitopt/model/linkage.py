@@ -338,7 +338,13 @@ def motor_series(closure: LoopClosure, q: Array) -> list[Series]:
 
     Beyond the range they go on evenly, at the rates that they have where the joints are at 0.
     """
-    table, m = _table(closure), q.shape[1]
+    return list(_motor_series(closure, np.asarray(q, dtype=np.float64).tobytes()))
+
+
+@lru_cache(maxsize=32)  # rows, Jacobian and Hessian ask for the postures of both legs in every step
+def _motor_series(closure: LoopClosure, postures: bytes) -> tuple[Series, ...]:
+    table, m = _table(closure), len(closure.lower)
+    q = np.frombuffer(postures).reshape(-1, m)
     given = [Series.variable(k, q[:, k]) for k in range(m)]
     inside = [
         _inside(x, low, high)
@@ -359,8 +365,9 @@ def motor_series(closure: LoopClosure, q: Array) -> list[Series]:
         theta = joints[motor]
         for x, kept, rate in zip(given, inside, rates, strict=True):
             theta = theta + (x + kept * -1.0) * float(rate)
+        theta.terms.setflags(write=False)  # of all who ask
         found.append(theta)
-    return found
+    return tuple(found)
 
 
 def _gap_series(closure: LoopClosure, joints: list[Series]) -> list[Series]:

@@ -35,7 +35,7 @@ from gaitopt.design.active_set import (
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions, Search
-from gaitopt.design.pipeline import Design, finished, is_walk
+from gaitopt.design.pipeline import SAME_COST, Design, finished, is_walk
 from gaitopt.design.refinement import (
     exchange,
     is_strict,
@@ -44,7 +44,7 @@ from gaitopt.design.refinement import (
     quadratic,
     with_work,
 )
-from gaitopt.design.starts import SAME_COST, SECOND, StartJob
+from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, resized
 from gaitopt.gait.problem import WalkProblem, walk_layout

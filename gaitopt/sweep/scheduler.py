@@ -26,7 +26,7 @@ from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.dataclass import dataclass
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.starts import SAME_COST
+from gaitopt.design.pipeline import SAME_COST
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot

@@ -6,6 +6,7 @@ import pytest
 from numerics import check_jacobian
 from test_linkages import ANKLE, PLACES, POSTURES, example
 
+import gaitopt.model.linkage
 from gaitopt.actuators.linkages import motor_angles
 from gaitopt.model.linkage import Linkage, LoopClosure, first_fault, motor_series
 
@@ -44,6 +45,20 @@ def test_rods_on_balls_turn_their_cranks_as_in_closed_form():
     known = motor_angles(example(), ANKLE, inside)
     for part in ("angle", "jacobian", "first", "second"):
         np.testing.assert_allclose(getattr(found, part), getattr(known, part), atol=1e-9)
+
+
+def test_postures_that_are_asked_for_again_are_not_found_again(monkeypatch):
+    """Rows, their Jacobian and their Hessian ask for the same; Newton's method is most of it."""
+    linkage, closed, made = turned(of_rods()), gaitopt.model.linkage._closed, []
+    motor_angles(linkage, ANKLE, POSTURES)  # its table
+    monkeypatch.setattr(
+        gaitopt.model.linkage, "_closed", lambda *args: made.append(args) or closed(*args)
+    )
+    once, again = (motor_angles(linkage, ANKLE, POSTURES + 0.01) for _ in range(2))
+    other = motor_angles(linkage, ANKLE, POSTURES + 0.02)
+    assert len(made) == 2
+    np.testing.assert_array_equal(once.second, again.second)
+    assert np.abs(other.angle - once.angle).max() > 1e-3
 
 
 @pytest.mark.parametrize("q", [(0.1, -0.2), (0.55, 0.1), (-0.6, 0.7)], ids=str)

@@ -16,6 +16,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
+from gaitopt.solvers.sqp import WARM_RADIUS
 from gaitopt.tolerances import REFINED
 
 SOLVER = SQP()
@@ -157,3 +158,37 @@ def test_a_walk_whose_programs_no_solver_answers_is_refined_soon():
     found = design(robot, preset_task("robust", robot, speed=0.6))
     assert found.certificate.verdict == "certified"
     assert found.solution.hessians < 60
+
+
+def test_steps_to_the_edge_of_the_region_are_no_way_to_a_minimum(at_extremes, monkeypatch):
+    """Multipliers grow along them, until a program takes seconds."""
+    sparse, fine, x, active, _ = at_extremes
+    wanted, taken = _Stage.step, []
+
+    def too_long(self, x, solver, last):
+        step = wanted(self, x, solver, last)
+        taken.append(step)
+        edge = np.zeros(x.size)
+        edge[0] = WARM_RADIUS
+        return replace(step, d=edge, multipliers=np.zeros(step.multipliers.size))
+
+    monkeypatch.setattr(_Stage, "step", too_long)
+    monkeypatch.setattr(_Stage, "after", lambda self, x, step: (x, self.held))
+    assert resting_walk(sparse, fine, x, active, SOLVER) is None
+    assert len(taken) == 2
+
+
+def test_where_nothing_presses_the_program_has_no_row_but_the_one_held(at_extremes):
+    """Hundreds of extremes may be near their limits: with all rows there it had thousands."""
+    sparse, *_, held = at_extremes
+    stage = _Stage(sparse, [replace(one, row=replace(one.row, multiplier=0.0)) for one in held])
+    quiet = {one.row.instant for one in held} - set(sparse.grid.instants)
+    found = 0
+    for block in stage.problem.blocks:
+        rows = np.arange(stage.nlp.rows.lower.size)[stage.problem.rows_of(block.name)]
+        for instant in quiet if block.times is not None else ():
+            at = rows.reshape(block.lower.shape)[block.times == instant].ravel()
+            given = np.isfinite(stage.nlp.rows.lower[at]) | np.isfinite(stage.nlp.rows.upper[at])
+            assert set(at[given]) <= set(stage.numbers)
+            found += given.sum()
+    assert found >= len(quiet) > 3

@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
@@ -9,7 +10,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Status
+from gaitopt.nlp import Solution, Status, worst_violation
 from gaitopt.solvers.sqp import SQP
 
 QUICK = DesignOptions(refine=False, diagnose=False)
@@ -46,6 +47,29 @@ def test_automatic_is_relaxed_for_the_lifted_form_only(robot, boundary, stages, 
     task = preset_task(samples=15, speed=0.8, boundary=boundary)
     walked(WalkProblem(robot, task), "automatic")
     assert limits == [RELAXED_LIFTOFF, 0.0][-stages:]
+
+
+@pytest.mark.parametrize(("least", "stages"), [(1.0, 1), (0.5, 2)])
+def test_limits_that_contradict_each_other_with_slack_are_not_tried_without_it(
+    robot, least, stages, monkeypatch
+):
+    """A point of least violation is one of the walk without slack, if that violates no more."""
+    lifted = WalkProblem(robot, preset_task(samples=15, speed=0.8, boundary="lifted"))
+    asked = []
+
+    def failed(self, nlp, start, *_):
+        asked.append(nlp)
+        nothing = np.zeros(nlp.rows.lower.size), np.zeros(start.x.size)
+        worst = least * worst_violation(nlp, nlp.values(start.x))[0]
+        return Solution(
+            start.x, 1.0, *nothing, Status.INFEASIBLE, worst, 1.0, 3, 4, 2, 0.5, self.name
+        )
+
+    monkeypatch.setattr(SQP, "solve", failed)
+    solution = walked(lifted, "automatic")
+    assert solution.status is Status.INFEASIBLE
+    assert len(asked) == stages
+    assert solution.hessians == 2 * stages
 
 
 def test_a_lift_off_that_is_already_relaxed_is_approached_directly(robot):
