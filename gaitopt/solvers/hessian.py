@@ -65,6 +65,7 @@ class LagrangianHessian:
     """The Hessian of the Lagrangian in scaled variables, exact or learnt from gradients.
 
     Attributes:
+        matrix: as it is known last, shape (n, n).
         definite: whether the Hessian is positive definite by construction.
         borrowed: whether the last one is that of a neighbour.
     """
@@ -82,14 +83,14 @@ class LagrangianHessian:
         self._evaluator = evaluator
         self._exact = exact and evaluator.nlp.has_hessian
         known = neighbours if self._exact else None
-        self._matrix = np.eye(evaluator.nlp.variables.scale.size) if known is None else known
+        self.matrix = np.eye(evaluator.nlp.variables.scale.size) if known is None else known
         self.definite = known is None
         self.borrowed, self._unused = False, known is not None
 
     @property
     def last(self) -> Array | None:
         """The last exact one, shape (n, n), None where there was none."""
-        return None if self.definite else self._matrix
+        return None if self.definite else self.matrix
 
     def at(self, iterate: Iterate) -> Array:
         """Return the (n, n) Hessian at an iterate; the last known one where it is undefined."""
@@ -98,14 +99,14 @@ class LagrangianHessian:
             scale = nlp.variables.scale
             self.borrowed, self._unused = self._unused, False
             if self.borrowed:
-                return self._matrix
+                return self.matrix
             try:
                 H = self._evaluator.hessian(iterate.point.x, iterate.multipliers, nlp.cost_scale)
             except EvaluationError:
-                return self._matrix
-            self._matrix = 0.5 * (H + H.T) * np.outer(scale, scale)
+                return self.matrix
+            self.matrix = 0.5 * (H + H.T) * np.outer(scale, scale)
             self.definite = False
-        return self._matrix
+        return self.matrix
 
     def of_cost(self, iterate: Iterate) -> Array | None:
         """Return what the cost alone bends at an iterate, positive definite, shape (n, n).
@@ -130,7 +131,7 @@ class LagrangianHessian:
         change = nlp.cost_scale * (new.point.gradient - old.point.gradient)
         change = change + (new.point.jacobian - old.point.jacobian).T @ new.multipliers
         change = change * scale
-        self._matrix = damped_bfgs(self._matrix, step, change)
+        self.matrix = damped_bfgs(self.matrix, step, change)
 
 
 @dataclass(frozen=True)

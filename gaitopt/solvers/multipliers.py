@@ -123,6 +123,23 @@ def one_sided(multipliers: Array, lower: Array, upper: Array) -> Array:
     return np.asarray(at_upper + at_lower)
 
 
+def bounds_pressing(nlp: NLP, point: Point, multipliers: Array) -> Array:
+    """Return the multipliers (n,) of bounds that a point is at, from those of the rows.
+
+    Args:
+        point: with derivatives.
+        multipliers: of the rows, shape (m,); where all are 0, those of bounds are.
+    """
+    held, variables = np.flatnonzero(multipliers), nlp.variables
+    if held.size == 0:
+        return np.zeros(point.x.size)
+    room = ACTIVITY * variables.scale
+    push = -nlp.cost_scale * point.gradient - multipliers[held] @ point.slopes[held]
+    upper = (push > 0.0) & (variables.upper - point.x <= room)
+    lower = (push < 0.0) & (point.x - variables.lower <= room)
+    return np.where(upper | lower, push, 0.0)
+
+
 def bound_multipliers(
     variables: Variables, x: Array, box_multipliers: Array, radius: float
 ) -> Array:

@@ -2,7 +2,8 @@
 
 Each iteration solves a convex quadratic program for a step d within a cube (`subproblem`), tries
 it, corrects it for the curvature of the rows if it disappoints, and accepts it when it betters cost
-or violation against a filter (`globalization`).
+or violation against a filter (`globalization`). Where the rows that press are nearly known, no
+program is solved: Newton's step with these as equations is its solution.
 
 Sources: Nocedal & Wright, "Numerical Optimization" (2006), chapter 18; Fletcher & Leyffer,
 Mathematical Programming 91 (2002); Conn, Gould & Toint, "Trust-Region Methods" (2000).
@@ -18,7 +19,7 @@ import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError
-from gaitopt.nlp import NLP, Array, Point, Solution, Start, Status
+from gaitopt.nlp import NLP, Array, Point, Solution, Start, Status, violations
 from gaitopt.settings import checked, entry
 from gaitopt.solvers.globalization import (
     CEILING,
@@ -42,7 +43,7 @@ from gaitopt.solvers.globalization import (
     judge,
 )
 from gaitopt.solvers.hessian import MOST, LagrangianHessian
-from gaitopt.solvers.multipliers import bound_multipliers, one_sided
+from gaitopt.solvers.multipliers import bound_multipliers, bounds_pressing, one_sided
 from gaitopt.solvers.qp import BACKENDS
 from gaitopt.solvers.solver import (
     Iterate,
@@ -55,9 +56,11 @@ from gaitopt.solvers.solver import (
 )
 from gaitopt.solvers.subproblem import (
     ElasticStep,
+    HeldStep,
     LocalModel,
     Subproblem,
     build_model,
+    hold,
     pose_correction,
     pose_subproblem,
     solve_subproblem,
@@ -81,6 +84,9 @@ EARLY, EARLY_FEASIBLE = 0.03, 1e-3
 VENTURES, VENTURED = 5, 0.1
 """Times that a run from a guess may take a step that is refused although the model fits, and the
 most violation that may lead to, in scaled rows (measured: docs/decisions/compiled.md)."""
+CHORD = 0.3
+"""Share of the tolerance below which the residual is to fall where no new Hessian is computed
+(measured: it ends within a fifth and five times of what is predicted)."""
 POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
@@ -148,7 +154,7 @@ class SQP(SingleStage):
         nlp = recorder.evaluator.nlp
         known = np.zeros(nlp.rows.lower.size) if start.multipliers is None else start.multipliers
         multipliers = one_sided(known, nlp.rows.lower, nlp.rows.upper)
-        first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
+        first = make_iterate(nlp, point, multipliers, bounds_pressing(nlp, point, multipliers))
         if known.any() and first.violation <= self.feasibility:
             own = with_least_squares_multipliers(nlp, point, self.tolerance)  # of bounds too
             if own.is_optimal(self.tolerance, self.feasibility):
@@ -213,7 +219,13 @@ class _Run:
         self.idle, self.least_residual = 0, np.inf
         self.crawls = False
         self.model: LocalModel | None = None
-        self.bent = np.zeros((0, 0))  # the Hessian that the model was made of
+        self.bent: Array | None = None  # the Hessian at the iterate
+        self.own = False  # whether that is its own, neither a neighbour's nor the last iterate's
+        self.residual_before = np.inf  # of the iterate before
+        self.known = self.hopeful  # whether it begins at a solution that is known
+        self.settled = self.hopeful  # whether the rows that press are nearly known
+        self.others = True  # whether others may have to be added
+        self.tangent = self.hopeful and hessian is not None  # whether the first step goes along it
         self.by_cost = False  # whether the model bends as the cost alone does
 
     def iterate_until_verdict(self) -> Status:
@@ -262,6 +274,13 @@ class _Run:
         return self.strides >= UNBOUNDED_AFTER or is_unbounded(self.nlp, self.iterate)
 
     def _iteration(self) -> Status | None:
+        held = self._held_step()
+        if held is not None:
+            self.patience.renew()
+            near = held.residual <= self.options.tolerance or self.options.early
+            status = self._verdict(held.step) if near else None
+            if status is not None or self._follow(held):
+                return status
         model = self._model()
         posed, step = self._solve_subproblem(model)
         if step is None and model.convex.sigma > MOST:
@@ -277,6 +296,47 @@ class _Run:
                 return status
             self._advance(model, posed, step)
         return self._collapsed() if self.region.radius < self.options.min_radius else None
+
+    def _held_step(self) -> HeldStep | None:
+        """Return Newton's step with the rows that pressed held, where these are nearly known."""
+        if not self.settled or self.crawls or self.model is not None:
+            return None
+        self.settled = False
+        bent = self.hessian.matrix if self._last_hessian_will_do() else self._bent()
+        held = hold(self.nlp, self.iterate, bent, self.penalty, self.others)
+        return None if held is None or self.region.holds(held.step.length) else held
+
+    def _last_hessian_will_do(self) -> bool:
+        """Whether Newton's step by the Hessian of the iterate before will lead to the optimum.
+
+        By its own it would be off by c d² where the last step d0 was, r = c d0². The Hessian having
+        changed by 2 c d0, it is off by 2 c d0 d; with d / d0 = r / r0 that is 2 r² / r0.
+        """
+        residual = self.iterate.residual.optimality
+        do = self.own and 2.0 * residual**2 <= CHORD * self.options.tolerance * self.residual_before
+        self.own = False
+        return do
+
+    def _follow(self, held: HeldStep) -> bool:
+        """Take a step that no quadratic program has found, if it is as good as was predicted."""
+        tangent, self.tangent = self.tangent, False
+        trial = self._try(held, held.step, held.step)
+        if trial is None:
+            return False
+        # along the tangent of the solutions the violation that is added is of second order
+        accepted = (tangent and self._fits(trial)) or self._accepts(trial)
+        return (accepted and self._move(trial)) or self._polish(trial, held.step)
+
+    def _fits(self, trial: Trial) -> bool:
+        """Whether a trial is near the limits, and cost and rows there are as the model tells."""
+        return trial.violation <= VENTURED and GOOD < trial.fit < 2.0 - GOOD
+
+    def _bent(self) -> Array:
+        """Return the Hessian at the iterate in scaled variables, shape (n, n)."""
+        if self.bent is None:
+            self.bent = self.hessian.at(self.iterate)
+            self.own = self.exact and not self.hessian.borrowed
+        return self.bent
 
     def _guessed_again(
         self, model: LocalModel, posed: Subproblem, step: ElasticStep
@@ -300,7 +360,6 @@ class _Run:
 
     def _model(self) -> LocalModel:
         if self.model is None:
-            self.bent = self.hessian.at(self.iterate)
             self.model = self._built(MOST if self.crawls else np.inf)
         return self.model
 
@@ -308,7 +367,7 @@ class _Run:
         return build_model(
             self.nlp,
             self.iterate,
-            self.bent,
+            self._bent(),
             self.hessian.definite,
             self.penalty,
             tight=self.slack <= self.options.feasibility,
@@ -370,7 +429,9 @@ class _Run:
             self._unblock(trial)
             self._shrink(step.length)
 
-    def _try(self, model: LocalModel, step: ElasticStep, judged: ElasticStep) -> Trial | None:
+    def _try(
+        self, model: LocalModel | HeldStep, step: ElasticStep, judged: ElasticStep
+    ) -> Trial | None:
         """Evaluate a step, held to the prediction of `judged`; None if undefined there."""
         variables = self.nlp.variables
         x = self.iterate.point.x + variables.scale * step.d
@@ -447,7 +508,7 @@ class _Run:
         """
         if trial is None or self.ventures_left == 0 or self.iterate.violation <= NEARLY_FEASIBLE:
             return False
-        if trial.violation > VENTURED or not GOOD < trial.fit < 2.0 - GOOD:
+        if not self._fits(trial):
             return False
         if self.by_cost or self._of_cost() is not None:
             return False  # there is another model to try
@@ -471,9 +532,21 @@ class _Run:
 
     def _take(self, iterate: Iterate, trial: Trial) -> None:
         """Take an iterate, and learn from the step to it."""
+        self.residual_before = self.iterate.residual.optimality
+        same = bool(((iterate.multipliers != 0.0) == (self.iterate.multipliers != 0.0)).all())
         self.hessian.update(self.iterate, iterate)
-        self.iterate, self.model, self.by_cost = iterate, None, False
+        self.iterate, self.model, self.bent, self.by_cost = iterate, None, None, False
         self.last_length, self.slack = trial.step.length, trial.step.slack
+        free = trial.step.slack <= FEASIBILITY and not self.region.holds(trial.step.length)
+        self.settled = self.exact and free and self._fits(trial) and (self.known or same)
+        self.others = self.settled and self._breaks_others(trial)
+
+    def _breaks_others(self, trial: Trial) -> bool:
+        """Whether a row that was not held is violated."""
+        rows = self.nlp.rows
+        missed = violations(rows.lower, rows.upper, trial.values.rows)
+        missed[(trial.step.multipliers != 0.0) | (rows.lower == rows.upper)] = 0.0
+        return float(missed.max(initial=0.0)) > self.options.feasibility
 
     def _unblock(self, trial: Trial | None) -> None:
         """Empty the filter when it alone blocks a step that betters the iterate."""
@@ -495,7 +568,7 @@ class _Run:
             self.by_cost = True
             self.model = build_model(self.nlp, self.iterate, bent, True, self.penalty, tight=False)
         elif self.hessian.borrowed:
-            self.model = None  # it may be the reason: the next is by the program's own
+            self.model = self.bent = None  # it may be the reason: the next is by the program's own
 
     def _of_cost(self) -> Array | None:
         """Return what the cost alone bends, shape (n, n), where that is worth another attempt.

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
 from gaitopt.nlp import NLP, Array, Indices, Slopes
-from gaitopt.solvers.hessian import ConvexModel, convexify, unchanged
-from gaitopt.solvers.qp import QuadraticProgram, solve_qp
+from gaitopt.solvers.hessian import FLOOR, ConvexModel, convexify, unchanged
+from gaitopt.solvers.qp import QuadraticProgram, cholesky, solve_qp
 from gaitopt.solvers.solver import Iterate
 
 ROUNDS = 8
@@ -32,6 +32,10 @@ MISSED = 1e-10
 STIFFNESS = 1e-3
 """w / nu: without the quadratic term the programs are badly conditioned (measured)."""
 
+HELD_ROUNDS = 6
+"""Times rows that press are let go or added before a quadratic program is solved."""
+INDEPENDENT = 1e-6
+"""Part of a row's gradient, over its length, that must be new beside those of the rows before."""
 ACTIVE = 1e-7
 """Multipliers below this fraction of the largest count as zero."""
 REACH = 0.01
@@ -239,6 +243,120 @@ class ElasticStep:
     def length(self) -> float:
         """Largest component of d."""
         return float(np.abs(self.d).max(initial=0.0))
+
+
+@dataclass(frozen=True)
+class HeldStep:
+    """Newton's step with the rows that press held.
+
+    Attributes:
+        gradient: of the scaled cost, shape (n,).
+        hessian: of the Lagrangian, shape (n, n).
+        step: with multipliers; if no other rows were looked at, the change of others is 0.
+        residual: gradient of the Lagrangian where it begins, with its multipliers, largest entry.
+    """
+
+    gradient: Array
+    hessian: Array
+    step: ElasticStep
+    residual: float
+
+    def predicted_decrease(self, d: Array) -> float:
+        """Return how much the scaled cost should fall by d (n,)."""
+        return -float(self.gradient @ d + 0.5 * d @ self.hessian @ d)
+
+
+def hold(
+    nlp: NLP, iterate: Iterate, hessian: Array, penalty: float, every: bool
+) -> HeldStep | None:
+    """Return the solution of the subproblem if the rows that press are nearly those of before.
+
+    With these as equations no quadratic program is needed. What presses with the wrong sign is let
+    go, and what the step breaks most is held too, a few times.
+
+    Args:
+        iterate: where; its nonzero multipliers tell which rows pressed.
+        hessian: of the Lagrangian in scaled variables, shape (n, n).
+        penalty: nu, the weight of the slack.
+        every: whether to look at all rows; else whether the step breaks one that did not press is
+            to be seen where it leads.
+
+    Returns:
+        None where it is not known after a few rounds, where rows that press are nearly dependent,
+        or where the Hessian bends too little on their null space.
+    """
+    point, scale = iterate.point, nlp.variables.scale
+    jacobian, gradient = ScaledSlopes(point.slopes, scale), nlp.cost_scale * point.gradient * scale
+    below = np.append(nlp.rows.lower - point.rows, (nlp.variables.lower - point.x) / scale)
+    above = np.append(nlp.rows.upper - point.rows, (nlp.variables.upper - point.x) / scale)
+    m, n = point.rows.size, scale.size
+    equal = below == above
+    sides = np.append(_sides(iterate.multipliers), _sides(iterate.bound_multipliers))
+    sides[equal & (sides == 0.0)] = 1.0
+    for _ in range(HELD_ROUNDS):
+        held = np.flatnonzero(sides)
+        rows, bounds = held[held < m], held[held >= m] - m
+        A = np.concatenate([jacobian[rows], np.eye(n)[bounds]])
+        b = np.where(sides[held] > 0.0, above[held], below[held])
+        solved = _with_equations(gradient, hessian, A, b)
+        if solved is None:
+            return None
+        d, y = solved
+        changes = jacobian @ d if every else np.zeros(m)
+        changes[rows] = b[: rows.size]
+        both = np.append(changes, d)
+        broken = np.maximum(both - above, below - both)
+        broken[held] = 0.0
+        if not every:
+            broken[:m] = 0.0
+        wrong = (y * sides[held] < 0.0) & ~equal[held]
+        worst = int(broken.argmax())
+        if not wrong.any() and broken[worst] <= MISSED:
+            break
+        every = True
+        sides[held[wrong]] = 0.0
+        if broken[worst] > MISSED:
+            sides[worst] = 1.0 if both[worst] > above[worst] else -1.0
+    else:
+        return None
+    multipliers = np.zeros(m + n)
+    multipliers[held] = y
+    if float(np.abs(multipliers[:m]).sum()) > penalty:
+        return None
+    none = np.zeros(m, dtype=np.bool_)
+    step = ElasticStep(d, 0.0, changes, multipliers[:m], multipliers[m:], none, none)
+    return HeldStep(gradient, hessian, step, float(np.abs(hessian @ d / scale).max()))
+
+
+def _sides(multipliers: Array) -> Array:
+    """Return 1 for those above zero, -1 for those below, 0 for those that count as zero."""
+    threshold = ACTIVE * float(np.abs(multipliers).max(initial=0.0))
+    return np.where(np.abs(multipliers) > threshold, np.sign(multipliers), 0.0)
+
+
+def _with_equations(g: Array, H: Array, A: Array, b: Array) -> tuple[Array, Array] | None:
+    """Return d (n,) and y (k,) with H d + A'y = -g, A d = b; None where that is no minimum.
+
+    By A' = [Y Z] [R; 0] (Nocedal & Wright, 2006, section 16.2).
+
+    Args:
+        g, H: shapes (n,), (n, n).
+        A, b: shapes (k, n), (k,).
+    """
+    k, n = A.shape
+    if k > n:
+        return None
+    length = np.maximum(np.linalg.norm(A, axis=1), 1e-300)
+    Q, R = np.linalg.qr((A / length[:, None]).T, mode="complete")
+    R, Y, Z = R[:k], Q[:, :k], Q[:, k:]
+    if np.abs(R.diagonal()).min(initial=1.0) < INDEPENDENT:
+        return None
+    reduced = Z.T @ H @ Z
+    if cholesky(reduced - FLOOR * np.eye(n - k)) is None:
+        return None
+    d = Y @ np.linalg.solve(R.T, b / length)
+    d = d - Z @ np.linalg.solve(reduced, Z.T @ (g + H @ d))
+    return d, -np.linalg.solve(R, Y.T @ (g + H @ d)) / length
 
 
 def pose_subproblem(model: LocalModel, radius: float, penalty: float, reach: float) -> Subproblem:

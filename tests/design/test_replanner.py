@@ -12,6 +12,8 @@ from gaitopt.design.replanner import ANSWERED, LATE, NEARLY, NONE, Replanner
 from gaitopt.errors import InputError
 from gaitopt.gait.presets import preset_task
 from gaitopt.model.robot import Robot
+from gaitopt.nlp import Status
+from gaitopt.solvers import sqp
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +39,17 @@ def test_a_neighbour_is_a_few_iterations_away_and_no_dearer(robot, planner):
     assert plan.complete().certificate.certified
 
 
+def test_near_the_last_walk_newtons_method_goes_along_the_tangent(robot, monkeypatch):
+    planner = Replanner()
+    assert planner.replan(robot, preset_task(speed=1.19)).answered
+    monkeypatch.setattr(sqp, "solve_subproblem", None)  # it needs no quadratic program
+    found = planner.replan(robot, preset_task(speed=1.2)).solution
+    assert found.status is Status.OPTIMAL
+    violations = [one.violation for one in found.history]
+    assert violations[1] > violations[0]  # of second order, and corrected by the next step
+    assert (found.iterations, found.evaluations, found.hessians) == (3, 4, 2)
+
+
 def test_a_deadline_is_kept_and_the_plan_goes_on_where_it_ended(robot, planner):
     task, last = preset_task(speed=0.9), planner.last
     late = planner.replan(robot, task, deadline=0.0)
@@ -56,7 +69,7 @@ def test_a_deadline_is_kept_and_the_plan_goes_on_where_it_ended(robot, planner):
     assert whole.solution.cost == pytest.approx(usual.solution.cost, rel=1e-8)
 
 
-@pytest.mark.parametrize(("iterations", "used"), [(2, False), (12, True)])
+@pytest.mark.parametrize(("iterations", "used"), [(2, False), (10, True)])
 def test_a_late_plan_helps_another_task_once_it_is_nearly_a_walk(robot, iterations, used):
     planner, alone = Replanner(), Replanner()
     for one in (planner, alone):

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import textbook_programs as bank
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from gaitopt.nlp import Rows, Start
+from gaitopt.solvers import SQP
 from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.globalization import (
     MARGIN,
@@ -22,7 +24,9 @@ from gaitopt.solvers.globalization import (
     improves,
 )
 from gaitopt.solvers.hessian import LEAST, convexify, damped_bfgs
+from gaitopt.solvers.multipliers import bounds_pressing
 from gaitopt.solvers.solver import Recorder, make_iterate, with_least_squares_multipliers
+from gaitopt.solvers.subproblem import build_model, hold, pose_subproblem, solve_subproblem
 from gaitopt.tolerances import FEASIBLE
 
 SEEDS = st.integers(0, 10_000)
@@ -107,6 +111,69 @@ def test_free_directions_get_the_absolute_curvature() -> None:
         model.linear_term(np.array([2.0]), np.inf), [0, 0, -0.5 * model.sigma]
     )
     np.testing.assert_allclose(model.linear_term(np.array([2.0]), 0.1), [0, 0, -0.1 * model.sigma])
+
+
+@FAST
+@given(SEEDS)
+def test_rows_held_give_the_step_of_the_quadratic_program(seed: int) -> None:
+    program, x, guess = near_limits(seed)
+    iterate = make_iterate(program, program.point(x), *guess)
+    hessian = program.hessian(x, iterate.multipliers, 1.0)
+    model = build_model(program, iterate, hessian, True, 1e4, tight=True)
+    step = solve_subproblem(pose_subproblem(model, 1e3, 1e4, 1e3), "quadprog")
+    held = hold(program, iterate, hessian, 1e4, every=True)
+    assert step is not None
+    assume(held is not None)
+    assert held is not None
+    np.testing.assert_allclose(held.step.d, step.d, atol=1e-6)
+    np.testing.assert_allclose(held.step.multipliers, step.multipliers, atol=1e-4)
+    np.testing.assert_allclose(held.step.box_multipliers, step.box_multipliers, atol=1e-4)
+    np.testing.assert_allclose(held.step.change, step.change, atol=1e-6)
+    assert held.predicted_decrease(step.d) == pytest.approx(model.predicted_decrease(step.d))
+
+
+def test_rows_are_let_go_and_held_as_the_step_asks() -> None:
+    found = []
+    for seed in range(50):
+        program, x, guess = near_limits(seed)
+        iterate = make_iterate(program, program.point(x), *guess)
+        hessian = program.hessian(x, iterate.multipliers, 1.0)
+        held = hold(program, iterate, hessian, 1e4, every=True)
+        found.append(held is not None)
+        if held is not None:
+            assert hold(program, iterate, hessian, 1e-9, every=True) is None  # slack is cheaper
+        free = make_iterate(program, program.point(x), np.zeros(9), np.zeros(6))
+        assert hold(program, free, -hessian, 1e4, every=True) is None  # a maximum
+    assert sum(found) >= 40
+
+
+@pytest.mark.parametrize("program", [bank.hs71(), bank.hs15(), bank.hs76()])
+def test_bounds_press_as_the_rows_multipliers_say(program: bank.Textbook) -> None:
+    solution = program.point(program.solution)
+    found = bounds_pressing(program, solution, program.multipliers)
+    np.testing.assert_allclose(found, program.bound_multipliers, atol=1e-5)
+    assert not bounds_pressing(program, solution, np.zeros(solution.rows.size)).any()
+
+
+def near_limits(seed: int) -> tuple[bank.Textbook, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Return a convex program in 6 variables, 9 rows, a start, and guessed multipliers.
+
+    Those are of the solution of a program that is a little different.
+    """
+    rng, n, m = np.random.default_rng(seed), 6, 9
+    root, A, g = rng.normal(size=(n, n)), rng.normal(size=(m, n)), rng.normal(size=n)
+    H, upper = root @ root.T + 0.1 * np.eye(n), 0.2 * rng.random(m)
+
+    def program(g: np.ndarray) -> bank.Textbook:
+        return bank.Textbook(
+            "a quadratic program", np.zeros(n), lambda x: g @ x + 0.5 * x @ H @ x,
+            lambda x: g + H @ x, lambda _: H, lambda x: A @ x, lambda _: A,
+            lambda _: [np.zeros((n, n))] * m, bank.box([-0.3] * n, [0.3] * n),
+            Rows(np.full(m, -0.1), upper), np.zeros(n), 0.0, np.zeros(m), np.zeros(n),
+        )  # fmt: skip
+
+    known = SQP().solve(program(g + 0.3 * rng.normal(size=n)), Start(np.zeros(n)))
+    return program(g), known.x, (known.multipliers, known.bound_multipliers)
 
 
 def test_filter_by_hand() -> None:

@@ -135,6 +135,16 @@ def test_good_multipliers_at_the_solution_save_the_work() -> None:
     assert warm.iterations <= 2 < cold.iterations
 
 
+def test_the_last_step_takes_the_hessian_of_the_one_before(monkeypatch) -> None:
+    program = bank.hs71()
+    saving = SQP().solve(program, Start(program.start))
+    monkeypatch.setattr(sqp, "CHORD", 0.0)
+    usual = SQP().solve(program, Start(program.start))
+    assert saving.iterations == usual.iterations
+    assert saving.hessians == usual.hessians - 1
+    np.testing.assert_allclose(saving.x, usual.x, atol=1e-7)
+
+
 def test_converges_quadratically() -> None:
     program = bank.hs71()
     solution = SQP(tolerance=1e-12).solve(program, Start(program.start))
