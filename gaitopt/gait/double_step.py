@@ -42,7 +42,6 @@ from gaitopt.gait.spline import (
 from gaitopt.gait.step import (
     DoubleSupportDerivatives,
     DoubleSupportPart,
-    Jacobians,
     ShapedTurn,
     Step,
     StepDerivatives,
@@ -50,6 +49,7 @@ from gaitopt.gait.step import (
 )
 from gaitopt.gait.step_hessian import local_gradient, local_hessian, weighed_effort
 from gaitopt.gait.step_model import Course, Ending, Opening, StepModelBase, after_each, before_each
+from gaitopt.gait.walk_point import Jacobians
 from gaitopt.mechanics.closed_chain import (
     FREE,
     TIED,

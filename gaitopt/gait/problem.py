@@ -32,7 +32,7 @@ from gaitopt.gait.parameters import (
     set_geometry,
 )
 from gaitopt.gait.quantities import PEAK, Quantity, typical_entries
-from gaitopt.gait.step import Jacobians, Period, Step, StepDerivatives
+from gaitopt.gait.step import Period, Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, cycle_hessian, pairs_added
 from gaitopt.gait.step_model import Ends, StepModel, cycle, cycle_derivatives
 from gaitopt.gait.stride import (
@@ -48,7 +48,7 @@ from gaitopt.gait.stride import (
 )
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
-from gaitopt.gait.walk_point import Product, RowSlopes, Table, WalkPoint
+from gaitopt.gait.walk_point import Jacobians, RowSlopes, WalkPoint
 from gaitopt.model.robot import Robot
 from gaitopt.model.scales import Scales
 from gaitopt.nlp import NLP, Array, Point, ProgressCallback, Rows, Values, Variables
@@ -88,9 +88,6 @@ class _Derivatives:
     jacobians: Jacobians
 
 
-_LARGE = 50_000  # numbers: to scale fewer takes less time than to ask one part more for its rows
-
-
 class WalkProblem(NLP):
     """The walk of one robot for one task, on one grid of instants.
 
@@ -109,7 +106,7 @@ class WalkProblem(NLP):
     _last_derivatives: _Derivatives | None = None
     _last_values: Values | None = None
     _last_gradient: tuple[_Derivatives, dict[Quantity, Array]] | None = None
-    _last_point: Point | None = None
+    _last_point: WalkPoint | None = None
     _last_hessian: tuple[Array, Array, float, Array] | None = None  # after its three arguments
 
     @checked_arguments
@@ -310,7 +307,12 @@ class WalkProblem(NLP):
         for one, weight in self._cost_gradient(found).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         gradient.setflags(write=False)
-        slopes = RowSlopes(self._slopes(step, jacobians))
+        slopes = RowSlopes(self.blocks, self._per_units, step.values, jacobians)
+        # who asked for all rows at the last point asks for them at this one, too
+        if self.task.extensions or (
+            self._last_point is not None and self._last_point.slopes.formed
+        ):
+            slopes.form()
         self._last_point = WalkPoint(self.values(x), gradient, slopes)
         return self._last_point
 
@@ -319,29 +321,6 @@ class WalkProblem(NLP):
         if self._last_gradient is None or self._last_gradient[0] is not found:
             self._last_gradient = found, self.cost.gradient(found.whole)
         return self._last_gradient[1]
-
-    def _slopes(self, step: Step | Steps, jacobians: Jacobians) -> list[Table | Product]:
-        """Return the derivatives of scaled rows in x, those formed in one table.
-
-        Those of gaps, and many that are quantities as they are, are left as they are.
-        """
-        found: list[Table | Product] = []
-        table, first = np.empty((self.rows.lower.size, self.layout.size)), 0
-        for block, rows, per_unit in zip(self.blocks, self._slices, self._per_units, strict=True):
-            product = jacobians.products.get(block.reads[0])
-            kept = product is not None or block.size * self.layout.size > _LARGE
-            if not (kept and block.whole(step.values)):
-                slopes = block.function.chained(block.take(step.values), block.take(jacobians))
-                np.multiply(slopes, per_unit, out=table[rows].reshape(slopes.shape))
-                continue
-            if first < rows.start:
-                found.append(Table(table[first : rows.start]))
-            first = rows.stop
-            if product is None:
-                found.append(Table(jacobians[block.reads[0]], 1.0 / block.scale))
-            else:
-                found.append(replace(product, per_unit=1.0 / block.scale))
-        return [*found, Table(table[first:])] if first < len(table) else found
 
     @cached_property
     def _per_units(self) -> list[Array]:
@@ -740,8 +719,8 @@ def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:
 def _sized(table: tuple[GeometricParameter, ...], scales: Scales) -> tuple[GeometricParameter, ...]:
     """Return the table with steps in proportion to the robot, where none of one's own is given."""
     return tuple(
-        replace(one, scale=usual.scale * scales.of_unit(one.unit))
-        if one.scale == usual.scale
+        replace(one, scale=size)
+        if one.scale == usual.scale != (size := usual.scale * scales.of_unit(one.unit))
         else one
         for one, usual in zip(table, GEOMETRY, strict=True)
     )

@@ -6,7 +6,7 @@ that not every walk needs are computed only if a constraint reads them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import field, replace
 from functools import cached_property, lru_cache
 from typing import Protocol
@@ -23,7 +23,7 @@ from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineInX
-from gaitopt.gait.walk_point import Product
+from gaitopt.gait.walk_point import Jacobians, Product
 from gaitopt.mechanics.capsule_distance import CapsuleGaps, arm_pairs, leg_pairs
 from gaitopt.mechanics.closed_chain import ClosedMotion, FrontFoot
 from gaitopt.mechanics.forward_kinematics import (
@@ -254,21 +254,6 @@ class DoubleSupportDerivatives:
     geometry: Array
     jump: Array
     rear: Array
-
-
-class Jacobians(dict[Quantity, Array]):
-    """Derivatives of quantities in x, shape (K, entries, P) each; products are formed when read."""
-
-    def __init__(
-        self, formed: Mapping[Quantity, Array], products: Mapping[Quantity, Product]
-    ) -> None:
-        """Take tables, and of other quantities products."""
-        super().__init__(formed)
-        self.products = products
-
-    def __missing__(self, what: Quantity) -> Array:
-        self[what] = whole = self.products[what].whole
-        return whole
 
 
 @dataclass(frozen=True)

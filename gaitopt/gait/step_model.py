@@ -36,7 +36,6 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import Basis, SplineInX, jumping_spline, on_coefficients, spline_basis
 from gaitopt.gait.step import (
     DoubleSupportPart,
-    Jacobians,
     PostureQuantities,
     ShapedTurn,
     Step,
@@ -47,6 +46,7 @@ from gaitopt.gait.step import (
     gap_products,
     with_foot,
 )
+from gaitopt.gait.walk_point import Jacobians
 from gaitopt.mechanics.impact import (
     FlatImpact,
     FlatJump,

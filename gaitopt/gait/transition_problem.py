@@ -56,10 +56,11 @@ from gaitopt.gait.problem import WalkProblem, asked_blocks, walk_layout
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.shift_step import SIZE as SHIFT_SIZE
 from gaitopt.gait.shift_step import Shift, ShiftStepModel, shift_names, shift_scale, while_shifting
-from gaitopt.gait.step import Jacobians, Step, StepDerivatives
+from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_model import Ends, Landing, Opening, StepModel
 from gaitopt.gait.stride import Steps, StepsLayout, joined_blocks, side_by_side
 from gaitopt.gait.task import Task
+from gaitopt.gait.walk_point import Jacobians
 from gaitopt.mechanics.impact import ImpactState
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.model.joint_tree import TWIST

@@ -7,15 +7,22 @@ a small one in these times the derivatives of the angles, and is formed for the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.dataclass import dataclass
+from gaitopt.gait.functions import Entries
+from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.nlp import Array, Indices, Point, Values
+
+if TYPE_CHECKING:
+    from gaitopt.gait.constraint import ConstraintBlock
 
 
 @dataclass(frozen=True)
@@ -130,28 +137,101 @@ class Product:
         return instants, local if self.per_unit is None else local * self.per_unit[entries, None]
 
 
-class RowSlopes:
-    """The Jacobian of a walk's rows, shape (m, P), in parts that follow each other."""
+class Jacobians(dict[Quantity, Array]):
+    """Derivatives of quantities in x, shape (K, entries, P) each; products are formed when read."""
 
-    def __init__(self, parts: Sequence[Table | Product]) -> None:
-        self._parts = parts
-        self._edges = np.cumsum([0, *map(len, parts)])
+    def __init__(
+        self, formed: Mapping[Quantity, Array], products: Mapping[Quantity, Product]
+    ) -> None:
+        """Take tables, and of other quantities products."""
+        super().__init__(formed)
+        self.products = products
+
+    def kept(self, what: Quantity) -> Array | Product:
+        """Return the derivatives of a quantity as they are kept, shape (K, entries, P)."""
+        product = self.products.get(what)
+        return self[what] if product is None else product
+
+    def __missing__(self, what: Quantity) -> Array:
+        self[what] = whole = self.products[what].whole
+        return whole
+
+
+_LARGE = 50_000  # numbers: to scale fewer takes less time than to ask one part more for its rows
+
+
+class RowSlopes:
+    """The Jacobian of a walk's rows, shape (m, P), formed as far as it is asked for.
+
+    Newton's method asks for a dozen of a thousand rows, of a few constraints.
+    """
+
+    def __init__(
+        self,
+        blocks: Sequence[ConstraintBlock],
+        per_units: Sequence[Array],
+        values: Mapping[Quantity, Array],
+        jacobians: Jacobians,
+    ) -> None:
+        """Take what it is formed of.
+
+        Args:
+            blocks: the rows of each constraint.
+            per_units: one over the scales of their rows, for each derivative, shape (r, P) each.
+            values, jacobians: of the quantities, shape (K, entries) and (K, entries, P) each.
+        """
+        self._of: (
+            tuple[Sequence[ConstraintBlock], Sequence[Array], Mapping[Quantity, Array], Jacobians]
+            | None
+        ) = blocks, per_units, values, jacobians
+        self._edges = np.cumsum([0, *(block.size for block in blocks)])
+        self._found: dict[int, Table | Product] = {}
+        self._last: tuple[Indices, Array] | None = None
+
+    @property
+    def formed(self) -> bool:
+        """Whether all rows are formed."""
+        return self._of is None
+
+    def form(self) -> list[Table | Product]:
+        """Return all rows in parts that follow each other, those formed in one table.
+
+        Those of gaps, and many that are quantities as they are, are left as they are.
+        """
+        if self._of is not None:
+            parts = _all_rows(*self._of)
+            self._found, self._of = dict(enumerate(parts)), None  # which holds the memory of others
+            self._edges = np.cumsum([0, *map(len, parts)])
+        return list(self._found.values())
 
     def __getitem__(self, rows: Indices) -> Array:
         """Return some rows by their numbers, ascending (k,), shape (k, P)."""
-        found = zip(self._parts, self._by_part(rows), strict=True)
-        return np.concatenate([part[some] for part, some in found])
+        if rows.size == 0:
+            return np.concatenate([part[rows] for part in self.form()])
+        if self._last is None or not np.array_equal(self._last[0], rows):
+            each = enumerate(self._by_part(rows))
+            table = np.concatenate([self._part(one)[some] for one, some in each if some.size])
+            table.setflags(write=False)
+            self._last = rows, table
+        return self._last[1]
+
+    def _part(self, number: int) -> Table | Product:
+        if self._of is not None and number not in self._found:
+            blocks, _, values, jacobians = self._of
+            self._found[number] = _rows_of(blocks[number], values, jacobians)
+        return self._found[number]
 
     def __matmul__(self, step: Array) -> Array:
         """Return the change of all rows along a step (P,), shape (m,)."""
-        return np.concatenate([part @ step for part in self._parts])
+        parts = map(self._part, range(self._edges.size - 1))
+        return np.concatenate([part @ step for part in parts])
 
     def most_change(self, scale: Array, rows: Indices | None = None) -> Array:
         """Return as of `Point.most_change`; as if each joint moved by as much as it can."""
         changes: dict[int, Array] = {}  # of angles, which products share
-        found = []
-        each = [None] * len(self._parts) if rows is None else self._by_part(rows)
-        for part, some in zip(self._parts, each, strict=True):
+        found, parts = [], self.form()
+        each = [None] * len(parts) if rows is None else self._by_part(rows)
+        for part, some in zip(parts, each, strict=True):
             if isinstance(part, Product):
                 key = id(part.angles)
                 if key not in changes:
@@ -163,20 +243,61 @@ class RowSlopes:
 
     def _by_part(self, rows: Indices) -> list[Indices]:
         """Return some rows by their numbers within the parts that they are of."""
-        cuts = pairwise(rows.searchsorted(self._edges))
-        return [
-            rows[slice(*cut)] - first for cut, first in zip(cuts, self._edges[:-1], strict=True)
-        ]
+        cuts = pairwise(rows.searchsorted(self._edges).tolist())
+        each = zip(cuts, self._edges.tolist()[:-1], strict=True)
+        return [rows[slice(*cut)] - first if cut[0] < cut[1] else rows[:0] for cut, first in each]
 
     @property
     def finite(self) -> bool:
         """Whether every derivative is a finite number."""
-        return all(part.finite for part in self._parts)
+        if self._of is None:
+            return all(part.finite for part in self._found.values())
+        blocks, _, _, jacobians = self._of
+        reads = dict.fromkeys(one for block in blocks for one in block.reads)
+        sources = map(jacobians.kept, reads)
+        return all((one if isinstance(one, Product) else Table(one)).finite for one in sources)
 
     @property
     def whole(self) -> Array:
         """All rows, shape (m, P)."""
-        return np.concatenate([part.whole.reshape(len(part), -1) for part in self._parts])
+        return np.concatenate([part.whole.reshape(len(part), -1) for part in self.form()])
+
+
+def _all_rows(
+    blocks: Sequence[ConstraintBlock],
+    per_units: Sequence[Array],
+    values: Mapping[Quantity, Array],
+    jacobians: Jacobians,
+) -> list[Table | Product]:
+    """Return all rows; arguments as of `RowSlopes`."""
+    found: list[Table | Product] = []
+    table = np.empty((sum(block.size for block in blocks), per_units[0].shape[1]))
+    first = end = 0
+    for block, per_unit in zip(blocks, per_units, strict=True):
+        start, end = end, end + block.size
+        product = jacobians.products.get(block.reads[0])
+        kept = product is not None or block.size * table.shape[1] > _LARGE
+        if not (kept and block.whole(values)):
+            slopes = block.function.chained(block.take(values), block.take(jacobians))
+            np.multiply(slopes, per_unit, out=table[start:end].reshape(slopes.shape))
+            continue
+        if first < start:
+            found.append(Table(table[first:start]))
+        first = end
+        found.append(_rows_of(block, values, jacobians))
+    return [*found, Table(table[first:])] if first < len(table) else found
+
+
+def _rows_of(
+    block: ConstraintBlock, values: Mapping[Quantity, Array], jacobians: Jacobians
+) -> Table | Product:
+    """Return the rows of one constraint, gaps and entries of quantities as they are."""
+    product, per_unit = jacobians.products.get(block.reads[0]), 1.0 / block.scale
+    if product is not None and block.whole(values):
+        return replace(product, per_unit=per_unit)
+    if isinstance(block.function, Entries) and block.function.plain:
+        return Table(block.take(jacobians)[:, block.function.chosen], per_unit)
+    return Table(block.function.chained(block.take(values), block.take(jacobians)), per_unit)
 
 
 class WalkPoint(Point):
