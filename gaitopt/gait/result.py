@@ -566,14 +566,14 @@ class Gait(Recorded):
     @property
     def way(self) -> str:
         """Where it goes, in words: "0.4 m/s, 0.1 m/s to the left, turning right at 0.2 rad/s"."""
-        found = [f"{self.speed:.3g} m/s"]
+        found = [f"{self.speed:.4g} m/s"]
         for rate, words, unit in (
             (self.lateral_speed, "{} to the {}", "m/s"),
             (self.turn_rate, "turning {1} at {0}", "rad/s"),
         ):  # fmt: skip
             if rate != 0.0:
                 found.append(
-                    words.format(f"{abs(rate):.3g} {unit}", "left" if rate > 0 else "right")
+                    words.format(f"{abs(rate):.4g} {unit}", "left" if rate > 0 else "right")
                 )
         return ", ".join(found)
 

@@ -120,7 +120,7 @@ class Panel {
     for (const y of ticks(this.low, this.high)) {
       element(this.back, "line", { class: y === 0 ? "zero" : "grid",
         x1: LEFT, x2: WIDE - RIGHT, y1: this.up(y), y2: this.up(y) });
-      element(this.back, "text", { x: LEFT - 5, y: this.up(y) + 3, "text-anchor": "end" }, brief(y));
+      element(this.back, "text", { x: LEFT - 5, y: this.up(y) + 4, "text-anchor": "end" }, brief(y));
     }
     for (const x of ticks(this.from, this.to)) {
       element(this.back, "text", { x: this.right(x), y: HIGH - 6, "text-anchor": "middle" },

@@ -7,7 +7,7 @@ window.gaitoptLive = live;  // for whoever wants to know how fast it is, and wha
 const inputs = [...sliders.querySelectorAll("input")], save = document.getElementById("save");
 const tab = String(Math.random());  // several may be open, whose sliders follow each other
 function tell(input) {
-  const value = `${brief(wanted(input))} ${input.dataset.unit}`;
+  const value = `${brief(wanted(input))} ${input.dataset.unit}`.trim();
   input.nextElementSibling.textContent = value;
   input.setAttribute("aria-valuetext", value);
 }

@@ -69,15 +69,15 @@ def last(messages):
 
 
 def test_a_slider_is_answered_with_a_walk_and_then_its_certificate(session, settings):
-    told = list(session.answers({**settings, "speed": 0.82}, never))
+    told = list(session.answers({**settings, "speed": 0.8215}, never))
     assert [one["kind"] for one in told] == ["walk", "motion", "walk", "motion"]
     assert all(set(one["words"]) <= places(session.page()) for one in told)
     first, proof = told[::2]
     assert first["words"]["verdict"] == FOLLOWS
     assert proof["words"]["verdict"] == "certified"
     for message in (first, proof):
-        assert "0.82 m/s" in message["words"]["title"]
-        assert message["text"].endswith("gaitopt optimise --preset standard --speed 0.82")
+        assert "0.8215 m/s" in message["words"]["title"]
+        assert message["text"].endswith("gaitopt optimise --preset standard --speed 0.8215")
         assert len(message["curves"]["tabs"]) == 6
 
 
