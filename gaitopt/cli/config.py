@@ -165,7 +165,8 @@ class SweepSettings:
     )  # fmt: skip
     begin: tuple[str, ...] = entry(
         (),
-        "Value at which the sweep begins, by default the middle of each range.",
+        "Value at which the sweep begins, of other quantities in the middle; by default both ends "
+        "of the longest range.",
         metavar="NAME=VALUE",
     )
     workers: int | None = entry(None, "How many processes on this machine work.", common=True)

@@ -487,9 +487,10 @@ class Writer:
                 "it back and give the same command again to go on, or begin anew without it"
             )
         gaits = sum(self.has_gait(point) for point in self.states if point not in self._pending)
+        kept = "1 gait is" if gaits == 1 else f"{gaits} gaits are"
         return InputError(
-            f"{reason}; the {gaits} gaits in '{self.directory}' are kept: make room or permission, "
-            "and give the same command again to go on"
+            f"{reason}; {kept} kept in '{self.directory}': make room or permission, and give the "
+            "same command again to go on"
         )
 
 
