@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import accumulate
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -176,8 +176,8 @@ class WalkProblem(NLP):
             )
         )
         self.rows, self._row_scales = Rows(lower / scales, upper / scales), scales
-        ends = accumulate([b.size for b in self.blocks])
-        self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
+        self._edges = np.cumsum([0, *(block.size for block in self.blocks)])
+        self._slices = [slice(*cut) for cut in pairwise(self._edges.tolist())]
 
     def _steps_as(self, other: WalkProblem) -> bool:
         """Whether each x is the same step as in another walk."""
@@ -307,11 +307,9 @@ class WalkProblem(NLP):
         for one, weight in self._cost_gradient(found).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         gradient.setflags(write=False)
-        slopes = RowSlopes(self.blocks, self._per_units, step.values, jacobians)
+        slopes = RowSlopes(self.blocks, self._edges, self._per_units, step.values, jacobians)
         # who asked for all rows at the last point asks for them at this one, too
-        if self.task.extensions or (
-            self._last_point is not None and self._last_point.slopes.formed
-        ):
+        if self.task.extensions or (self._last_point is not None and self._last_point.slopes.asked):
             slopes.form()
         self._last_point = WalkPoint(self.values(x), gradient, slopes)
         return self._last_point

@@ -169,6 +169,7 @@ class RowSlopes:
     def __init__(
         self,
         blocks: Sequence[ConstraintBlock],
+        edges: Indices,
         per_units: Sequence[Array],
         values: Mapping[Quantity, Array],
         jacobians: Jacobians,
@@ -177,6 +178,7 @@ class RowSlopes:
 
         Args:
             blocks: the rows of each constraint.
+            edges: number of the first row of each, and of all, shape (blocks + 1,).
             per_units: one over the scales of their rows, for each derivative, shape (r, P) each.
             values, jacobians: of the quantities, shape (K, entries) and (K, entries, P) each.
         """
@@ -184,30 +186,32 @@ class RowSlopes:
             tuple[Sequence[ConstraintBlock], Sequence[Array], Mapping[Quantity, Array], Jacobians]
             | None
         ) = blocks, per_units, values, jacobians
-        self._edges = np.cumsum([0, *(block.size for block in blocks)])
+        self._edges, self._width = edges, per_units[0].shape[1]
         self._found: dict[int, Table | Product] = {}
         self._last: tuple[Indices, Array] | None = None
+        self.asked = False  # whether someone asked for all rows
+
+    def form(self) -> None:
+        """Form all rows at once, which is cheaper than some first."""
+        if self._of is not None:
+            parts = _all_rows(self._edges, *self._of)
+            self._found, self._of = dict(enumerate(parts)), None  # which holds the memory of others
+            self._edges = np.cumsum([0, *map(len, parts)])
 
     @property
-    def formed(self) -> bool:
-        """Whether all rows are formed."""
-        return self._of is None
-
-    def form(self) -> list[Table | Product]:
-        """Return all rows in parts that follow each other, those formed in one table.
+    def parts(self) -> list[Table | Product]:
+        """All rows in parts that follow each other, those formed in one table.
 
         Those of gaps, and many that are quantities as they are, are left as they are.
         """
-        if self._of is not None:
-            parts = _all_rows(*self._of)
-            self._found, self._of = dict(enumerate(parts)), None  # which holds the memory of others
-            self._edges = np.cumsum([0, *map(len, parts)])
+        self.form()
+        self.asked = True
         return list(self._found.values())
 
     def __getitem__(self, rows: Indices) -> Array:
         """Return some rows by their numbers, ascending (k,), shape (k, P)."""
         if rows.size == 0:
-            return np.concatenate([part[rows] for part in self.form()])
+            return np.zeros((0, self._width))
         if self._last is None or not np.array_equal(self._last[0], rows):
             each = enumerate(self._by_part(rows))
             table = np.concatenate([self._part(one)[some] for one, some in each if some.size])
@@ -229,7 +233,7 @@ class RowSlopes:
     def most_change(self, scale: Array, rows: Indices | None = None) -> Array:
         """Return as of `Point.most_change`; as if each joint moved by as much as it can."""
         changes: dict[int, Array] = {}  # of angles, which products share
-        found, parts = [], self.form()
+        found, parts = [], self.parts
         each = [None] * len(parts) if rows is None else self._by_part(rows)
         for part, some in zip(parts, each, strict=True):
             if isinstance(part, Product):
@@ -260,10 +264,11 @@ class RowSlopes:
     @property
     def whole(self) -> Array:
         """All rows, shape (m, P)."""
-        return np.concatenate([part.whole.reshape(len(part), -1) for part in self.form()])
+        return np.concatenate([part.whole.reshape(len(part), -1) for part in self.parts])
 
 
 def _all_rows(
+    edges: Indices,
     blocks: Sequence[ConstraintBlock],
     per_units: Sequence[Array],
     values: Mapping[Quantity, Array],
@@ -271,12 +276,11 @@ def _all_rows(
 ) -> list[Table | Product]:
     """Return all rows; arguments as of `RowSlopes`."""
     found: list[Table | Product] = []
-    table = np.empty((sum(block.size for block in blocks), per_units[0].shape[1]))
-    first = end = 0
-    for block, per_unit in zip(blocks, per_units, strict=True):
-        start, end = end, end + block.size
+    table, first = np.empty((edges[-1], per_units[0].shape[1])), 0
+    cuts = pairwise(edges.tolist())
+    for block, per_unit, (start, end) in zip(blocks, per_units, cuts, strict=True):
         product = jacobians.products.get(block.reads[0])
-        kept = product is not None or block.size * table.shape[1] > _LARGE
+        kept = product is not None or (end - start) * table.shape[1] > _LARGE
         if not (kept and block.whole(values)):
             slopes = block.function.chained(block.take(values), block.take(jacobians))
             np.multiply(slopes, per_unit, out=table[start:end].reshape(slopes.shape))

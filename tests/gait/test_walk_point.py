@@ -43,13 +43,15 @@ def test_rows_are_the_same_before_and_after_all_are_formed(point, rng):
     anew = WalkProblem(walk().robot, walk().task)
     point, rows = anew.point(point.x), np.sort(rng.choice(point.rows.size, 200, replace=False))
     few, change = point.slopes[rows], point.slopes @ walk().variables.scale
-    assert not point.slopes.formed
+    assert not point.slopes.asked
     assert point.finite
-    point.slopes.form()
+    assert len(point.slopes.parts) < len(anew.blocks)
     np.testing.assert_array_equal(point.slopes[rows[1:]], few[1:])
     np.testing.assert_array_equal(point.slopes[rows], few)
     np.testing.assert_allclose(point.slopes @ walk().variables.scale, change, atol=1e-10)
-    assert anew.point(point.x + 1e-6).slopes.formed  # for one who asks for all
+    again = anew.point(point.x + 1e-6).slopes  # for one who asks for all
+    assert len(again._found) == len(point.slopes.parts)
+    assert not again.asked
 
 
 def test_gaps_change_as_their_slopes_tell(point):
@@ -86,9 +88,9 @@ def test_no_row_changes_by_more_than_is_said(point):
 def test_large_tables_left_as_they_are_give_the_same_rows(point, rng, monkeypatch):
     monkeypatch.setattr("gaitopt.gait.walk_point._LARGE", 0)
     large = WalkProblem(walk().robot, walk().task).point(point.x)
-    parts = len(large.slopes.form())
+    parts = len(large.slopes.parts)
     monkeypatch.undo()
-    assert parts > len(point.slopes.form())
+    assert parts > len(point.slopes.parts)
     scale, step = walk().variables.scale, rng.normal(size=point.x.size)
     rows = np.sort(rng.choice(point.rows.size, 200, replace=False))
     np.testing.assert_array_equal(large.jacobian, point.jacobian)
@@ -101,7 +103,7 @@ def test_large_tables_left_as_they_are_give_the_same_rows(point, rng, monkeypatc
 
 def test_numbers_that_are_none_are_seen(point):
     assert point.finite
-    point.slopes.form()[-1].angles[0, 0, 0] = np.nan
+    point.slopes.parts[-1].angles[0, 0, 0] = np.nan
     assert not point.finite
 
 
