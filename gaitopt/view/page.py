@@ -304,10 +304,11 @@ def headline(gait: Gait | Transition, whose: str = "") -> dict[str, str]:
     """
     told = {name: f"{whose} {name}".strip() for name in ("speed", "step", "cost")}
     rows = (f"<div><dt>{told.get(k, k)}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait))
+    verdict = html_text(gait.fact("certificate", "verdict") or "no certificate")
     name, way = gait.text("robot"), gait.words if isinstance(gait, Transition) else f"at {gait.way}"
     return {
         "title": html_text(f"{name or 'Walking'}{' walks' if name else ''} {way}"),
-        "verdict": html_text(gait.fact("certificate", "verdict") or "no certificate"),
+        "verdict": verdict if gait.certified else f'<span class="doubt">{verdict}</span>',
         "facts": "".join(rows),
     }
 

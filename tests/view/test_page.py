@@ -68,7 +68,10 @@ def test_the_page_tells_what_is_known(text):
         "cost": "3346.48 N²·m·s",
         "solver": "optimal: the first-order conditions hold",
     }
-    bare = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", page_text(bare_gait(), steps=1)))
+    unknown = page_text(bare_gait(), steps=1)
+    assert '<span class="doubt">no certificate</span>' in unknown
+    assert "doubt" not in re.search(r"<main.*</main>", text, re.DOTALL)[0]
+    bare = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", unknown))
     assert set(bare) == {"speed", "step"}
 
 
