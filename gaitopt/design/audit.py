@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.bounds import shortened
+from gaitopt.bounds import is_finite, shortened
 from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.pipeline import with_instants_of
@@ -248,6 +248,6 @@ def _same(stored: object, computed: object) -> bool:
         )
     if isinstance(stored, list) and isinstance(computed, list):
         return len(stored) == len(computed) and all(map(_same, stored, computed))
-    if isinstance(stored, int | float) and isinstance(computed, int | float):
+    if is_finite(stored) and is_finite(computed):
         return abs(stored - computed) <= SAME * max(abs(stored), abs(computed))
     return stored == computed

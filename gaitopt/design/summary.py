@@ -134,7 +134,7 @@ def _walk(gait: Gait) -> Facts:
         path = float(np.hypot(gait.speed, gait.lateral_speed)) * gait.duration
     lift = None if mass is None or gait.in_place else mass * gravity * path
     transport = {
-        name: None if lift is None or energy is None else energy / lift
+        name: None if not lift or energy is None else energy / lift
         for name, energy in energies.items()
     }
     return {
@@ -380,7 +380,7 @@ def _named(row: Mapping[str, Any]) -> str:
     """Return a row of the certificate in words."""
     when = "" if row["time"] is None else f" at {fixed(row['time'], 4)} s"
     value, limit = rounded(row["value"]), rounded(row["limit"])
-    return f"{printable(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
+    return f"{printable(str(row['row']))}{when}: {value} {row['unit']}, limit {limit}"
 
 
 def _friction(force: Array) -> float | None:

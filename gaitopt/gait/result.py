@@ -671,9 +671,9 @@ def _fitted(gait: Gait) -> Array:
 
 def _frozen(name: str, value: object) -> Array:
     shape = {**SHAPES, **OPTIONAL, **_KNOWN}[name]
-    if isinstance(value, Sized) and shape[0] == "N":
-        at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
+        if isinstance(value, Sized) and shape[0] == "N":  # an array without a size is none
+            at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
         array = np.array(value)
         if array.dtype.kind not in _REAL:
             raise TypeError(array.dtype)
@@ -805,7 +805,7 @@ def _turns(gait: Gait, part: str) -> bool:
 
 def _increase(knots: Array) -> bool:
     """Whether knots increase, by enough for splines between them."""
-    return bool((np.diff(knots) > _CLOSEST * (knots[-1] - knots[0])).all())
+    return bool(knots.size and (np.diff(knots) > _CLOSEST * np.ptp(knots)).all())
 
 
 def _check_times(gait: Gait) -> None:

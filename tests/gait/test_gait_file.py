@@ -18,6 +18,7 @@ from sample_gait import bare_gait, sample_gait
 
 from gaitopt.atomic import write_atomically
 from gaitopt.design.audit import audit
+from gaitopt.design.summary import of_walk
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import (
@@ -364,6 +365,34 @@ def test_a_file_of_version_0_1_is_read_and_checked(tmp_path):
     assert again.multibody is not None
     assert again.multipliers is None
     assert not audit(again).altered
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("knots", np.zeros(0), "'knots' must increase from 0 s"),
+        ("time", np.array("x"), "'time' is not an array of numbers"),
+        ("cop", np.array(3.0), "'cop' is not an array of numbers"),
+    ],
+)
+def test_damaged_files_of_version_0_1_are_told(tmp_path, name, value, message):
+    with np.load(CASES / "gait_format_1.npz") as content:
+        np.savez(tmp_path / "old.npz", **{**content, name: value})
+    with pytest.raises(GaitFileError, match=message):
+        load_gait(tmp_path / "old.npz")
+
+
+def test_a_recorded_number_beyond_every_float_differs():
+    gait = load_gait(CASES / "gait_format_1.npz")
+    limits = {**gait.fact("limits"), "torque": [10**400]}
+    assert audit(replace(gait, meta={**gait.meta, "limits": limits})).facts == ("limits",)
+
+
+def test_a_foot_that_does_not_move_has_no_cost_of_transport():
+    gait = load_gait(CASES / "gait_format_1.npz")
+    still = replace(gait, swing_sole=np.zeros(gait.swing_sole.shape))
+    assert still.step_length == 0.0
+    assert of_walk(still)["walk"]["mechanical_cost_of_transport"] is None
 
 
 # --- the document ----------------------------------------------------------------------------
