@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import count
+from os.path import exists
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +123,7 @@ class LiveWalk:
         """Write the last certified walk into a directory of its own."""
         if not self._design.proven:
             return {"kind": "saved", "text": "the walk is not certified; nothing was kept"}
-        folder = next(path for k in count(1) if not (path := self._output / f"walk-{k}").exists())
+        folder = next(path for k in count(1) if not exists(path := self._output / f"walk-{k}"))
         request = replace(self._request, robot=self._design.problem.robot,
                           task=self._design.problem.task)  # fmt: skip
         list(write_results(self._design.gait, request, folder, page=False, figures=False))
