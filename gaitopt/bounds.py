@@ -139,7 +139,7 @@ def shown(value: object) -> str:
     """Return a value as text for a message: ten digits, those of hundreds by their size."""
     if isinstance(value, int) and abs(value) >= _READABLE:
         return "more than 1e15" if value > 0 else "less than -1e15"
-    text = repr(value)[:_LONGEST]
+    text = " ".join(map(str.strip, repr(value).splitlines()))[:_LONGEST]  # arrays have many
     return f"{value:.10g}" if isinstance(value, float) and len(text) > _DIGITS else text
 
 

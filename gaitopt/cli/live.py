@@ -33,7 +33,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.tolerances import SAME
 from gaitopt.view.animation import Scene, build_scene
 from gaitopt.view.live_server import Message, Slider, serve
-from gaitopt.view.page import curves, details, film, gait_page, headline
+from gaitopt.view.page import curves, details, doubtful, film, gait_page, headline
 from gaitopt.view.scene_server import LOCAL, is_local
 from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
@@ -106,18 +106,18 @@ class LiveWalk:
             return
         self._walking = dict(settings)
         told = f"{1e3 * plan.seconds:.0f} ms, {self._command(settings)}"
-        yield from self._walk(plan.gait(), FOLLOWS, told)
+        yield from self._walk(plan.gait(), told, verdict=html_text(FOLLOWS))
         if stop():
             return
         try:
             design = plan.complete(self._request.options, stop)
         except EvaluationError as error:
-            words = {"verdict": html_text(f"optimal at the samples, no certificate: {error}")}
-            yield {"kind": "proof", "words": words}
+            verdict = doubtful(f"optimal at the samples, no certificate: {error}")
+            yield {"kind": "proof", "words": {"verdict": verdict}}
             return
         if not stop():
             self._design, self._designed = design, dict(settings)
-            yield from self._walk(design.gait, design.certificate.verdict, told)
+            yield from self._walk(design.gait, told)
 
     def save(self) -> Message:
         """Write the last certified walk into a directory of its own."""
@@ -210,9 +210,9 @@ class LiveWalk:
         if not stop():
             yield {"kind": "none", "text": f"{why}; {one.words} can be {good:.4g} {one.unit}"}
 
-    def _walk(self, gait: Gait, verdict: str, told: str) -> Iterator[Message]:
+    def _walk(self, gait: Gait, told: str, **words: str) -> Iterator[Message]:
         """Yield the curves of a walk, which are wanted first, then its picture and tables."""
-        words = {**headline(gait), "verdict": html_text(verdict)}
+        words = {**headline(gait), **words}
         yield {"kind": "walk", "curves": curves(gait), "words": words, "text": told}
         recorder = RecordingWindow()
         drawn = None if self._scene is None else self._scene.shapes

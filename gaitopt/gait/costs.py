@@ -165,6 +165,24 @@ class Cost(ABC):
             )
 
 
+def check_cost(cost: Cost) -> None:
+    """Check that it is a cost, whose class says what it is and what a walk of it has to keep.
+
+    Raises:
+        InputError: it is none, or its class does not; see `check_declaration`.
+    """
+    if not isinstance(cost, Cost):
+        raise InputError(f"cost is {shown(cost)}; give a Cost, as TorqueCost()")
+    check_declaration(cost)
+    with own_code(cost, f"the cost '{cost.name}' cannot make its constraints"):
+        kept: object = cost.constraints
+    if not (isinstance(kept, tuple) and all(isinstance(one, Constraint) for one in kept)):
+        raise InputError(
+            f"the constraints of the cost '{cost.name}' are {shown(kept)}; give a tuple of "
+            "instances of subclasses of Constraint"
+        )
+
+
 class RunningCost(Cost):
     """J = (1 / |d|) integral of l dt over a step of length d; a subclass gives the integrand l.
 
@@ -736,7 +754,7 @@ class WeightedSum(Cost):
         if not self.terms or not all(is_of_use(w) and w > 0.0 for _, w in self.terms):
             raise InputError(f"a weighted sum needs costs, with weights above 0, {USABLE}")
         for cost, _ in self.terms:
-            check_declaration(cost)
+            check_cost(cost)
         if sum(quantities.PEAK in cost.reads for cost, _ in self.terms) > 1:
             raise InputError("a weighted sum has one largest torque; give peak-torque once")
 
@@ -849,8 +867,11 @@ class _Own(CostFunction):
             return _looked_at(self._function.hessian(step), shapes, what)
 
     def neighbours(self, step: Period) -> Neighbours:
-        with own_code(self._cost, f"the neighbours of {self._name}"):
-            return self._function.neighbours(step)
+        with own_code(self._cost, what := f"the neighbours of {self._name}"):
+            found = self._function.neighbours(step)
+            shapes = {one: step.values[one][at][:, 1].shape for one, (at, _) in found.items()}
+            bent = _looked_at({one: values for one, (_, values) in found.items()}, shapes, what)
+            return {one: (found[one][0], bent[one]) for one in found}
 
 
 Key = TypeVar("Key")

@@ -443,9 +443,11 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
         )
         h = _CHECK * move
         change = (function.value(at + h) - function.value(at - h)) / (2.0 * _CHECK)
-        vjp_change = (function.vjp(at + h, weights) - function.vjp(at - h, weights)) / (
-            2.0 * _CHECK
+        ahead, back = (
+            shaped(function.vjp(x, weights), at.shape, f"the vjp of the function of {what}")
+            for x in (at + h, at - h)
         )
+        vjp_change = (ahead - back) / (2.0 * _CHECK)
     for name, exact, found in (
         ("jacobian", (jacobian @ move[:, :, None])[:, :, 0], change),
         ("hessian", (hessian @ move[:, :, None])[:, :, 0], vjp_change),

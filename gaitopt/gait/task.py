@@ -23,7 +23,7 @@ from gaitopt.gait.constraint import (
     declared_margins,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
-from gaitopt.gait.costs import Cost, TorqueCost, per_second
+from gaitopt.gait.costs import Cost, TorqueCost, check_cost, per_second
 from gaitopt.gait.grid import QUADRATURES, STRIDE_EDGES, Grid, over_steps, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
@@ -214,9 +214,7 @@ class Task:
                 f"geometry is {shown(self.geometry)}; give a table of all quantities, as "
                 "set_geometry(GEOMETRY, {'pelvis_roll': {'free': True}})"
             )
-        if not isinstance(self.cost, Cost):
-            raise InputError(f"cost is {shown(self.cost)}; give a Cost, as TorqueCost()")
-        check_declaration(self.cost)
+        check_cost(self.cost)
         if math.hypot(math.sin(self.slope), math.sin(self.cross_slope)) > math.sin(STEEPEST):
             raise InputError(
                 f"a slope of {self.slope:g} rad and a cross_slope of {self.cross_slope:g} rad are "
@@ -501,6 +499,7 @@ def _check_terrain(terrain: object) -> None:
             )
     with own_code(terrain, f"the terrain '{terrain.name}'"):
         down: Any = terrain.down
+        _ = terrain.rise  # its kind is seen to with the profile
     three = isinstance(down, tuple) and len(down) == len(LEVEL) and all(map(is_finite, down))
     if not (three and abs(math.hypot(*down) - 1.0) < SAME and -down[2] >= math.cos(STEEPEST)):
         raise InputError(

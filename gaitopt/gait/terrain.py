@@ -275,12 +275,13 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
         raise InputError(
             f"the words of the terrain '{terrain.name}' are {shown(words)}; give a text of one line"
         )
-    for name, value in (("lift", terrain.lift), ("rise", terrain.rise)):
-        if not is_finite(value):
+    for name in ("rise", "lift"):
+        if not is_finite(value := getattr(terrain, name)):
             raise InputError(
                 f"the {name} of the terrain '{terrain.name}' is {shown(value)}; give metres"
             )
-    if not all(isinstance(one, Terrain) for one in terrain.easier()):
+    easier = terrain.easier()
+    if not (isinstance(easier, tuple) and all(isinstance(one, Terrain) for one in easier)):
         raise InputError(f"easier() of the terrain '{terrain.name}' returns no tuple of terrains")
     profile = terrain.profile(sole, step, nosing)
     if profile is None:
@@ -295,15 +296,16 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
         )
     x = step * np.linspace(-1.0, 1.0, _CHECKED)
     move = _MOVE * step
-    before, here, after = (profile.height(x + d) for d in (-move, 0.0, move))
-    if not all(isinstance(part, tuple | list) and len(part) == _ORDERS for part in (here, after)):
+    # the corners at all instants are asked for at once, as pairs of dimensions
+    heights = [profile.height(at) for at in (x - move, x, x + move, x.reshape(-1, 1))]
+    if not all(isinstance(part, tuple | list) and len(part) == _ORDERS for part in heights):
         raise InputError(f"{what} returns no tuple of the height and two derivatives")
-    pairs = profile.height(x.reshape(-1, 1))  # the corners at all instants are asked for at once
+    before, here, after, pairs = heights
     if not all(
         real_array(part, what).shape == x.shape
         and np.isfinite(part).all()
-        and np.array_equal(part, np.ravel(other))
         and np.shape(other) == (x.size, 1)
+        and np.allclose(part, np.ravel(other), rtol=1e-9)  # sums may be rounded otherwise
         for part, other in zip(here, pairs, strict=True)
     ):
         raise InputError(
@@ -316,6 +318,9 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
                 f"{what} has a {name} derivative that disagrees with differences; correct it (the "
                 "height has two continuous derivatives)"
             )
+    outline = real_array(profile.outline(step), f"the outline of {what}")
+    if outline.ndim != 2 or outline.shape[1] != 2 or not np.isfinite(outline).all():
+        raise InputError(f"the outline of {what} is {shown(outline)}; return points (x, z) in rows")
     for number in (-1, 0, 1):
         under = np.linspace(sole.heel, sole.toe, _CHECKED) + number * step
         if np.abs(profile.height(under)[0] - number * terrain.rise).max() > _LEVEL:
@@ -388,5 +393,5 @@ def ground_record(
         "words": terrain.words(step),
         "down": list(terrain.down),
         "rise": terrain.rise,
-        "outline": [] if profile is None else profile.outline(step).tolist(),
+        "outline": [] if profile is None else np.asarray(profile.outline(step)).tolist(),
     }

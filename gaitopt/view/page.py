@@ -295,6 +295,11 @@ def _page_of(
     return Page(filled_template(page_file("page.html"), parts))
 
 
+def doubtful(verdict: str) -> str:
+    """Return the verdict on a walk that is not certified, as HTML: in red."""
+    return f'<span class="doubt">{html_text(verdict)}</span>'
+
+
 def headline(gait: Gait | Transition, whose: str = "") -> dict[str, str]:
     """Return what a page says first of a gait: HTML by name of its place.
 
@@ -304,11 +309,11 @@ def headline(gait: Gait | Transition, whose: str = "") -> dict[str, str]:
     """
     told = {name: f"{whose} {name}".strip() for name in ("speed", "step", "cost")}
     rows = (f"<div><dt>{told.get(k, k)}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait))
-    verdict = html_text(gait.fact("certificate", "verdict") or "no certificate")
+    verdict = str(gait.fact("certificate", "verdict") or "no certificate")
     name, way = gait.text("robot"), gait.words if isinstance(gait, Transition) else f"at {gait.way}"
     return {
         "title": html_text(f"{name or 'Walking'}{' walks' if name else ''} {way}"),
-        "verdict": verdict if gait.certified else f'<span class="doubt">{verdict}</span>',
+        "verdict": html_text(verdict) if gait.certified else doubtful(verdict),
         "facts": "".join(rows),
     }
 

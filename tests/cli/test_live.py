@@ -179,8 +179,8 @@ def test_a_walk_that_cannot_be_certified_says_so(session, settings, monkeypatch)
     assert told == {
         "kind": "proof",
         "words": {
-            "verdict": "optimal at the samples, no certificate: the legs are &lt;stretched&gt; at "
-            "0.1 s"
+            "verdict": '<span class="doubt">optimal at the samples, no certificate: the legs are '
+            "&lt;stretched&gt; at 0.1 s</span>"
         },
     }
     monkeypatch.undo()

@@ -453,3 +453,21 @@ def test_a_ground_of_ones_own_is_a_slope_where_gravity_points_so(robot):
     walks = [WalkProblem(robot, preset_task(**ground)) for ground in own]
     costs = [walk.values(first_guess(walk)).cost for walk in walks]
     assert costs[0] == pytest.approx(costs[1], rel=1e-12)
+
+
+class Hills(Profile):
+    """Flat hills between the footprints, as a sum that is rounded by the shape of x."""
+
+    length = 0.1
+    heights = 1e-4 * np.arange(1.0, 10.0) / 9.0
+
+    def height(self, x):
+        d = (x[..., None] % 0.4 - np.linspace(0.09, 0.11, 9)) / 0.02
+        v = np.maximum(1.0 - d**2, 0.0)
+        parts = v**4, -8.0 * d * v**3 / 0.02, (48.0 * d**2 * v**2 - 8.0 * v**3) / 0.02**2
+        return tuple(part @ self.heights for part in parts)
+
+
+def test_a_ground_whose_height_is_a_sum_is_taken(robot):
+    """Its sums of arrays of two shapes differ in the last digit."""
+    WalkProblem(robot, preset_task(terrain=Odd(shape=Hills())))

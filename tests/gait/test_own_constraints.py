@@ -322,6 +322,10 @@ class HalfSquares(CostFunction):
         pair = (quantities.RATES, quantities.RATES)
         return self.changed("hessian", {pair: self.weights[:, None, None] * np.eye(width)})
 
+    def neighbours(self, step):
+        """Return none."""
+        return self.changed("neighbours", {})
+
 
 @dataclass(frozen=True)
 class Half(Cost):
@@ -340,6 +344,11 @@ class Half(Cost):
     def typical(self, context):
         """Return its size."""
         return self.change(1.0) if self.of == "typical" else 1.0
+
+    @property
+    def constraints(self):
+        """Return none."""
+        return self.change(()) if self.of == "constraints" else ()
 
 
 def entries(change):
@@ -377,6 +386,11 @@ def test_a_sound_cost_that_is_no_integral_is_taken(robot):
         ("hessian", entries(lambda h: h[1:]), r"has shape \(8, 12, 12\); return \(9, 12, 12\)"),
         ("hessian", lambda h: dict.fromkeys([quantities.RATES], h), "an entry <.*rates.*>; those"),
         ("hessian", entries(lambda h: 0 * h), "the hessian .* disagrees with .* its gradient; cor"),
+        ("neighbours", lambda _: None, "the neighbours of the cost 'half': AttributeError"),
+        ("neighbours", lambda _: {quantities.RATES: ([[0, 9]], 1.0)}, "IndexError: index 9"),
+        ("neighbours", lambda _: {quantities.RATES: ([[0, 1]], "1")}, "return an array of real"),
+        ("constraints", lambda _: 7, "constraints of the cost 'half' are 7; give a tuple of inst"),
+        ("constraints", next, "the cost 'half' cannot make its constraints: TypeError"),
         ("what it reads", None, "the value of the cost 'half': ValueError: .* read-only .line"),
     ],
 )  # fmt: skip
