@@ -611,7 +611,7 @@ class _Run:
         return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.STALLED
 
     def _renew(self) -> None:
-        self.renewed, self.model = True, None
+        self.renewed, self.model, self.bent = True, None, None
         self.region = TrustRegion(self.options.initial_radius, self.options.max_radius)
         self.last_length = self.options.initial_radius
         self.filter = Filter(CEILING)

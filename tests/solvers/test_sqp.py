@@ -15,6 +15,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Point, Start, Status, Values
 from gaitopt.solvers import SQP, sqp
+from gaitopt.solvers.subproblem import build_model
 from gaitopt.tolerances import FEASIBLE
 
 
@@ -25,6 +26,7 @@ class Spoilt(bank.Textbook):
     nan_beyond: float = np.inf
     only_at_start: bool = False
     slope_sign: float = 1.0
+    slope_shift: float = 0.0
 
     def values(self, x: Array) -> Values:
         if self.only_at_start and not np.array_equal(x, self.start):
@@ -34,7 +36,7 @@ class Spoilt(bank.Textbook):
 
     def point(self, x: Array) -> Point:
         point = super().point(x)
-        return replace(point, gradient=self.slope_sign * point.gradient)
+        return replace(point, gradient=self.slope_sign * point.gradient + self.slope_shift)
 
 
 def spoilt(program: bank.Textbook, **changes: object) -> Spoilt:
@@ -125,6 +127,20 @@ def test_wrong_slope_stalls() -> None:
     solution = SQP().solve(program, Start(program.start))
     assert solution.status is Status.STALLED
     np.testing.assert_array_equal(solution.x, program.start)
+
+
+def test_who_begins_again_with_better_multipliers_computes_the_hessian_anew(monkeypatch) -> None:
+    program, found = spoilt(bank.maratos(), slope_shift=1.0), []
+
+    def seen(nlp, iterate, hessian, *words, **named):
+        exact = nlp.hessian(iterate.point.x, iterate.multipliers, nlp.cost_scale)
+        np.testing.assert_allclose(hessian, exact, atol=1e-12)
+        found.append(tuple(iterate.multipliers))
+        return build_model(nlp, iterate, hessian, *words, **named)
+
+    monkeypatch.setattr(sqp, "build_model", seen)
+    assert SQP().solve(program, Start(program.start)).status is Status.STALLED
+    assert len(set(found)) > 1
 
 
 def test_good_multipliers_at_the_solution_save_the_work() -> None:
