@@ -253,7 +253,11 @@ class RowSlopes:
 
     @property
     def finite(self) -> bool:
-        """Whether every derivative is a finite number."""
+        """Whether every derivative is a finite number.
+
+        Until rows are formed, what they are formed of is looked at: where that is finite, they are
+        too, but for functions of one's own, whose rows are formed at once.
+        """
         if self._of is None:
             return all(part.finite for part in self._found.values())
         blocks, _, _, jacobians = self._of

@@ -19,7 +19,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.nlp import NLP, Values, worst_violation
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.solvers.solver import Iterate
-from gaitopt.solvers.subproblem import ElasticStep, HeldStep, LocalModel
+from gaitopt.solvers.subproblem import ElasticStep, QuadraticModel
 
 POOR, GOOD = 0.25, 0.75
 """Agreement ratios below which the radius shrinks, and above which it grows if the step was held
@@ -182,7 +182,7 @@ class Trial:
 def judge(
     nlp: NLP,
     iterate: Iterate,
-    model: LocalModel | HeldStep,
+    model: QuadraticModel,
     step: ElasticStep,
     judged: ElasticStep,
     values: Values,
@@ -191,7 +191,7 @@ def judge(
 
     Args:
         iterate: where the step began.
-        model: the local model there.
+        model: of the scaled cost there.
         step: the step tried.
         judged: the step whose prediction counts; a correction is held to that of its original.
         values: at the trial point.

@@ -58,6 +58,7 @@ from gaitopt.solvers.subproblem import (
     ElasticStep,
     HeldStep,
     LocalModel,
+    QuadraticModel,
     Subproblem,
     build_model,
     hold,
@@ -429,9 +430,7 @@ class _Run:
             self._unblock(trial)
             self._shrink(step.length)
 
-    def _try(
-        self, model: LocalModel | HeldStep, step: ElasticStep, judged: ElasticStep
-    ) -> Trial | None:
+    def _try(self, model: QuadraticModel, step: ElasticStep, judged: ElasticStep) -> Trial | None:
         """Evaluate a step, held to the prediction of `judged`; None if undefined there."""
         variables = self.nlp.variables
         x = self.iterate.point.x + variables.scale * step.d

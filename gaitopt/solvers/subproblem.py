@@ -69,12 +69,27 @@ class ScaledSlopes:
 
 
 @dataclass(frozen=True)
-class LocalModel:
-    """First and second derivatives at an iterate, and the convex model made from them.
+class QuadraticModel:
+    """The scaled cost to second order, with the curvature of the rows that press.
 
     Attributes:
         gradient: of the scaled cost, shape (n,).
         hessian: of the Lagrangian, unmodified, shape (n, n).
+    """
+
+    gradient: Array
+    hessian: Array
+
+    def predicted_decrease(self, d: Array) -> float:
+        """Return how much the scaled cost should fall by d (n,)."""
+        return -float(self.gradient @ d + 0.5 * d @ self.hessian @ d)
+
+
+@dataclass(frozen=True)
+class LocalModel(QuadraticModel):
+    """First and second derivatives at an iterate, and the convex model made from them.
+
+    Attributes:
         convex: model in (d, s), see `convexify`.
         jacobian: of the rows.
         row_sizes: 1-norm of each row of the Jacobian, or a bound of it, shape (m,).
@@ -85,8 +100,6 @@ class LocalModel:
             their bounds.
     """
 
-    gradient: Array
-    hessian: Array
     convex: ConvexModel
     jacobian: Slopes
     row_sizes: Array
@@ -96,10 +109,6 @@ class LocalModel:
     bound_below: Array
     bound_above: Array
     active: Active
-
-    def predicted_decrease(self, d: Array) -> float:
-        """Return how much the scaled cost should fall by d (n,), by the unmodified Hessian."""
-        return -float(self.gradient @ d + 0.5 * d @ self.hessian @ d)
 
 
 def build_model(
@@ -187,11 +196,8 @@ def _gradients(jacobian: Slopes, active: Active, n: int) -> Array:
 
 def _believed(*multipliers: Array) -> Active:
     """Return what multipliers of rows (m,) and of bounds (n,) say is active, by their signs."""
-    found = []
-    for one in multipliers:
-        threshold = ACTIVE * float(np.abs(one).max(initial=0.0))
-        found += [np.flatnonzero(one > threshold), np.flatnonzero(one < -threshold)]
-    return tuple(found)
+    sides = map(_sides, multipliers)
+    return tuple(np.flatnonzero(side == sign) for side in sides for sign in (1.0, -1.0))
 
 
 @dataclass(frozen=True)
@@ -246,24 +252,16 @@ class ElasticStep:
 
 
 @dataclass(frozen=True)
-class HeldStep:
-    """Newton's step with the rows that press held.
+class HeldStep(QuadraticModel):
+    """Newton's step with the rows that press held, and the model that it is of.
 
     Attributes:
-        gradient: of the scaled cost, shape (n,).
-        hessian: of the Lagrangian, shape (n, n).
         step: with multipliers; if no other rows were looked at, the change of others is 0.
         residual: gradient of the Lagrangian where it begins, with its multipliers, largest entry.
     """
 
-    gradient: Array
-    hessian: Array
     step: ElasticStep
     residual: float
-
-    def predicted_decrease(self, d: Array) -> float:
-        """Return how much the scaled cost should fall by d (n,)."""
-        return -float(self.gradient @ d + 0.5 * d @ self.hessian @ d)
 
 
 def hold(

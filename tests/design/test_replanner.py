@@ -47,7 +47,8 @@ def test_near_the_last_walk_newtons_method_goes_along_the_tangent(robot, monkeyp
     assert found.status is Status.OPTIMAL
     violations = [one.violation for one in found.history]
     assert violations[1] > violations[0]  # of second order, and corrected by the next step
-    assert (found.iterations, found.evaluations, found.hessians) == (3, 4, 2)
+    assert found.evaluations == found.iterations + 1  # every step was taken
+    assert found.hessians < found.iterations  # the first step was by that of the last walk
 
 
 def test_a_deadline_is_kept_and_the_plan_goes_on_where_it_ended(robot, planner):
