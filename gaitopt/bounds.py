@@ -127,7 +127,7 @@ def is_finite(value: object) -> TypeGuard[float]:
 
 def is_of_use(value: object) -> bool:
     """Return whether a value is a finite number, 0 or of a size with which computing has sense."""
-    return is_finite(value) and (value == 0.0 or 1.0 / NUMBER <= abs(value) <= NUMBER)
+    return is_finite(value) and (value == 0.0 or 1.0 / NUMBER <= abs(float(value)) <= NUMBER)
 
 
 def is_line(value: object) -> TypeGuard[str]:

@@ -491,6 +491,7 @@ _EXAMPLES = {
     "MotorTable": "a MotorTable, as read_motors('motors.toml')",
     "Trajectory": "a Trajectory: .trajectory of a Gait",
     "ndarray": "an array of numbers",
+    "slice": "a slice, as slice(2, 3) of one entry",
 }
 """How to come by what a class of gaitopt holds."""
 _LISTS = (tuple, Sequence, Iterable, Collection)

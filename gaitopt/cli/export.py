@@ -69,7 +69,7 @@ def _export_transition(transition: Transition, target: Path, asked: ExportOption
     if asked.format is None:
         raise InputError("a transition is written as a motion: name a --format, as --format mujoco")
     of_walks = {"--strides": asked.strides is not None, "--both-legs": asked.both_legs}
-    refuse_options(of_walks, "for walks, and this is a transition")
+    refuse_options(of_walks, "with the gait of a walk, not with a transition")
     return export_transition(
         transition, target, format=asked.format, rate=asked.rate, joints=asked.joints
     )

@@ -51,6 +51,9 @@ class Linear(QuantityFunction):
 
     matrix: Array
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", real_array(self.matrix, "the matrix of a Linear"))
+
     def value(self, quantity: Array) -> Array:
         if self.matrix.ndim == 3:
             return np.asarray((self.matrix @ quantity[:, :, None])[:, :, 0])
@@ -341,6 +344,10 @@ class SquaredNorm(QuantityFunction):
 
     weights: Array
 
+    def __post_init__(self) -> None:
+        weights = real_array(self.weights, "the weights of a SquaredNorm")
+        object.__setattr__(self, "weights", weights)
+
     def value(self, quantity: Array) -> Array:
         return np.asarray(((quantity**2) @ self.weights)[:, None])
 
@@ -470,9 +477,12 @@ def real_array(values: object, what: str) -> Array:
     Raises:
         InputError: it is none.
     """
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        array = np.array(None)
     if array.dtype.kind not in "fiub":
-        raise InputError(f"{what} is {shown(values)}; return an array of real numbers")
+        raise InputError(f"{what} is {shown(values)}; give an array of real numbers")
     return array
 
 

@@ -155,7 +155,7 @@ class WalkProblem(NLP):
         rows, nodes = (self.grid, None) if one else by_step(self.grid, self.edges)
         context = CostContext(robot, rows, way, nodes)
         self.cost = cost_function(cost, context, penalty)
-        self.cost_scale = 1.0 / cost.typical(context)
+        self.cost_scale = 1.0 / float(cost.typical(context))
         self.has_hessian = True
         self.read = {one for block in self.blocks for one in block.reads} | {*cost.reads}
         grids = (self.grid,) if one else parts(self.grid, self.edges, self.schedule.changes)

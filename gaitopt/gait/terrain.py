@@ -391,7 +391,7 @@ def ground_record(
     profile = terrain.profile(sole, step, nosing)
     return {
         "words": terrain.words(step),
-        "down": list(terrain.down),
-        "rise": terrain.rise,
+        "down": list(map(float, terrain.down)),
+        "rise": float(terrain.rise),
         "outline": [] if profile is None else np.asarray(profile.outline(step)).tolist(),
     }

@@ -305,7 +305,7 @@ BROKEN = [
     ),
     (GROUND, "def height", "outline = None\n\n    def height", "terrain 'plains': TypeError"),
     (GROUND, "def words", "rise = 'x'\n\n    def words", "the rise of the .* is 'x'; give metres"),
-    (GROUND, "return np.zeros(x.shape),", "return 0j * x,", "return an array of real numbers"),
+    (GROUND, "return np.zeros(x.shape),", "return 0j * x,", "give an array of real numbers"),
     (GROUND, "return np.zeros(x.shape),", "return 0 * x.T,", "each of its shape"),
     (GROUND, "return Plain()", "return 7", "is 7; give an instance of a Profile"),
     (GROUND, "return Plain()", "1 / 0", r"terrain 'plains': ZeroDivisionError.*\(line \d+ of mine"),

@@ -98,7 +98,7 @@ def test_its_file_is_drawn(cli, start, tmp_path):
         (
             "export",
             ("--format", "csv", "--strides", "2"),
-            "only for walks, and this is a transition",
+            "only with the gait of a walk, not with a transition",
         ),
         ("export", ("-o", "m.csv", "--format", "csv", "--both-legs"), "leave --both-legs out"),
         ("export", ("--format", "bezier"), "choose another format"),

@@ -1,5 +1,6 @@
 """Walks on slopes and stairs, judged by laws that know no walk."""
 
+import json
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -24,7 +25,7 @@ from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import ground_of
-from gaitopt.gait.terrain import Profile, Slope, Stairs, Terrain
+from gaitopt.gait.terrain import Profile, Slope, Stairs, Terrain, ground_record
 from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.reader import read_source
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Trunk
@@ -471,3 +472,8 @@ class Hills(Profile):
 def test_a_ground_whose_height_is_a_sum_is_taken(robot):
     """Its sums of arrays of two shapes differ in the last digit."""
     WalkProblem(robot, preset_task(terrain=Odd(shape=Hills())))
+
+
+def test_a_ground_in_single_precision_is_recorded(robot):
+    ground = Odd(gravity=(np.float32(0.0), np.float32(0.0), np.float32(-1.0)))
+    assert json.loads(json.dumps(ground_record(ground, robot.sole, 0.4, None)))["down"][2] == -1.0

@@ -358,8 +358,20 @@ def entries(change):
 
 def test_a_sound_cost_that_is_no_integral_is_taken(robot):
     both = WeightedSum(((TorqueCost(), 1.0), (Half(), 20.0)))
-    for cost in (Half(), both):
-        first_guess(WalkProblem(robot, preset_task(cost=cost, samples=9)))
+    for cost in (Half(), both, Half("typical", np.float32)):
+        problem = WalkProblem(robot, preset_task(cost=cost, samples=9))
+        first_guess(problem)
+        assert type(problem.cost_scale) is float  # gait files keep it
+
+
+def test_weights_and_matrices_may_be_lists():
+    v, row = np.array([[1.0, 2.0]]), [3.0, 4.0]
+    assert SquaredNorm(row).value(v) == 3.0 + 4.0 * 4.0
+    assert SquaredNorm(row).jacobian(v).tolist() == [[[6.0, 16.0]]]
+    assert Linear([row]).value(v) == 3.0 + 8.0
+    for wrong in ([[1.0], row], ["a"]):
+        with pytest.raises(InputError, match="matrix of a Linear is .*; give an array of real"):
+            Linear(wrong)
 
 
 @pytest.mark.parametrize(
@@ -379,7 +391,7 @@ def test_a_sound_cost_that_is_no_integral_is_taken(robot):
         ("gradient", lambda found: {"rates": found}, "an entry 'rates'; those of what it reads"),
         ("gradient", lambda g: {quantities.TORQUE: g}, r"entry <.*torque .*are <.*rates .*travel"),
         ("gradient", entries(np.transpose), r"rates .* has shape \(12, 9\); return \(9, 12\)"),
-        ("gradient", entries(lambda g: g + 0j), "return an array of real numbers"),
+        ("gradient", entries(lambda g: g + 0j), "give an array of real numbers"),
         ("gradient", entries(lambda g: 1.1 * g), "the gradient of the cost 'half' disagrees with"),
         ("gradient", lambda _: {}, "the gradient .* disagrees with differences of its value; cor"),
         ("hessian", lambda _: None, "the hessian of the cost 'half' is None; return a dictionary"),
@@ -388,7 +400,7 @@ def test_a_sound_cost_that_is_no_integral_is_taken(robot):
         ("hessian", entries(lambda h: 0 * h), "the hessian .* disagrees with .* its gradient; cor"),
         ("neighbours", lambda _: None, "the neighbours of the cost 'half': AttributeError"),
         ("neighbours", lambda _: {quantities.RATES: ([[0, 9]], 1.0)}, "IndexError: index 9"),
-        ("neighbours", lambda _: {quantities.RATES: ([[0, 1]], "1")}, "return an array of real"),
+        ("neighbours", lambda _: {quantities.RATES: ([[0, 1]], "1")}, "give an array of real"),
         ("constraints", lambda _: 7, "constraints of the cost 'half' are 7; give a tuple of inst"),
         ("constraints", next, "the cost 'half' cannot make its constraints: TypeError"),
         ("what it reads", None, "the value of the cost 'half': ValueError: .* read-only .line"),
