@@ -114,7 +114,7 @@ def test_every_constructor_checks_names_and_kinds(kind):
 def test_facts_of_other_kinds_are_told(robot):
     gait = sample_gait()
     for make, said in (
-        (lambda: Entries(3, 12), "Entries: chosen is 3; give slice"),
+        (lambda: Entries(3, 12), "Entries: chosen is 3; give a slice, as slice(2, 3)"),
         (lambda: Entries(slice(3), 12, "x"), "factor is 'x'; give a number or an array of numbers"),
         (lambda: MotorTable(["knee"]), "give a tuple or a list of Drive"),
         (lambda: Robot("robot.urdf"), "give a Robot, as Robot.from_urdf('robot.urdf')"),

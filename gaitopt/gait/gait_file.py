@@ -635,7 +635,7 @@ _WIDTHS = {"f": np.float64, "i": np.int64}
 def read_members(source: Path) -> tuple[Arrays, dict[str, str]]:
     """Return the arrays of a file, and the digest of each."""
     if isdir(source):
-        raise bad_file(source, f"is a directory{gait_inside(source)}")
+        raise bad_file(source, f"it is a directory{gait_inside(source)}")
     try:
         regular = stat.S_ISREG(source.stat().st_mode)
     except (FileNotFoundError, NotADirectoryError) as error:

@@ -370,7 +370,7 @@ def test_weights_and_matrices_may_be_lists():
     assert SquaredNorm(row).jacobian(v).tolist() == [[[6.0, 16.0]]]
     assert Linear([row]).value(v) == 3.0 + 8.0
     for wrong in ([[1.0], row], ["a"]):
-        with pytest.raises(InputError, match="matrix of a Linear is .*; give an array of real"):
+        with pytest.raises(InputError, match=r"matrix of a Linear is .*; give an array of real"):
             Linear(wrong)
 
 
