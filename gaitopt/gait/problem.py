@@ -308,8 +308,10 @@ class WalkProblem(NLP):
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         gradient.setflags(write=False)
         slopes = RowSlopes(self.blocks, self._edges, self._per_units, step.values, jacobians)
-        # who asked for all rows at the last point asks for them at this one, too
-        if self.task.extensions or (self._last_point is not None and self._last_point.slopes.asked):
+        # who asked for all rows at the last point asks for them at this one, too; and derivatives
+        # of functions of one's own need not be finite where what these read is
+        own = self.task.extensions or self.task.terrain is not None
+        if own or (self._last_point is not None and self._last_point.slopes.asked):
             slopes.form()
         self._last_point = WalkPoint(self.values(x), gradient, slopes)
         return self._last_point

@@ -1,6 +1,7 @@
 """The rows of gaps between bodies, whose Jacobian is formed as far as it is asked for."""
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -8,14 +9,17 @@ from humanoids import add_arms, edits
 from numerics import check_jacobian
 from urdf_edits import edited_urdf
 
+from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.costs import PeakTorque
 from gaitopt.gait.initial_guess import first_guess
-from gaitopt.gait.presets import humanoid_task
+from gaitopt.gait.presets import humanoid_task, preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.terrain import Profile, Terrain
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Point
+from gaitopt.solvers.adapters import Evaluator
 
 
 @functools.cache
@@ -105,6 +109,45 @@ def test_numbers_that_are_none_are_seen(point):
     assert point.finite
     point.slopes.parts[-1].angles[0, 0, 0] = np.nan
     assert not point.finite
+
+
+class Ground(Profile):
+    """A level ground, whose slope is told as long as it is sound."""
+
+    length = 0.1
+    sound = True
+
+    def height(self, x):
+        return 0.0 * x, 0.0 * x if self.sound else np.full_like(x, np.nan), 0.0 * x
+
+
+@dataclass(frozen=True)
+class Field(Terrain):
+    """A terrain of one's own."""
+
+    name = "field"
+    ground: Ground
+
+    def words(self, step):
+        return "a field"
+
+    @property
+    def down(self):
+        return 0.0, 0.0, -1.0
+
+    def profile(self, sole, step, nosing):
+        return self.ground
+
+
+def test_slopes_of_a_ground_of_ones_own_that_are_none_are_seen(robot):
+    ground = Ground()
+    problem = WalkProblem(robot, preset_task(samples=7, terrain=Field(ground)))
+    x = first_guess(problem)
+    assert Evaluator(problem).point(x).finite
+    ground.sound = False
+    assert np.isfinite(problem.values(x + 1e-6).rows).all()
+    with pytest.raises(EvaluationError, match="a derivative"):
+        Evaluator(problem).point(x + 1e-6)
 
 
 def test_the_cost_bends_as_squares_of_torques_that_were_linear(point, rng):
