@@ -572,7 +572,7 @@ def exchange(
         EvaluationError: a solution's walk is not defined on the fine grid.
     """
     instants, active, peaks = instants_of(sparse, active), tuple(active), tuple(peaks)
-    excess, before_it = _worst(peaks), sparse.grid.instants
+    excess, before_it = _worst(peaks), np.zeros(0)  # peaks may not be known: the first may stay
     for number in range(MAX_ROUNDS):
         active, near = moved(active, peaks), None
         if newton is not None and fine is not None and number < FOLLOWED:

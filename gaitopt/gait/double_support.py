@@ -384,7 +384,7 @@ class InverseKinematicsSupport(DoubleSupport):
         except UnreachableError as error:
             raise UnreachableError(
                 f"{error} (pelvis height {fixed(geometry[PELVIS_HEIGHT], 4)} m, "
-                f"pelvis {geometry[PELVIS_FORWARD]:+.4g} m forward of the stance toes, "
+                f"pelvis {fixed(geometry[PELVIS_FORWARD], 4)} m forward of the stance toes, "
                 f"step length {fixed(geometry[STEP_LENGTH], 4)} m, "
                 f"foot spacing {fixed(geometry[FOOT_SPACING], 4)} m)"
             ) from error

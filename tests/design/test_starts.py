@@ -185,7 +185,7 @@ def test_a_start_of_ones_own_is_the_centre(robot, standard_task):
         (np.ones(7), r"the first guess has shape \(7,\); give 43 finite numbers, in the order of"),
         (np.ones((43, 1)), r"the first guess has shape \(43, 1\); give 43"),
         (np.append(np.ones(42), np.nan), "no finite value for pelvis_yaw; give 43"),
-        ("a walk", "the first guess is no array of numbers; give 43"),
+        ("a walk", "no array of numbers; give 43|'a walk'; give an array of numbers or a Gait"),
     ],
 )
 def test_a_start_that_is_none_is_refused_as_design_does(robot, standard_task, start, message):

@@ -305,7 +305,7 @@ def test_a_full_disk_is_told_and_leaves_nothing_half_written(robot, swept, tmp_p
     run = subprocess.run(script(directory, full), capture_output=True, text=True, check=False)
     assert run.returncode == 1
     assert {"database": "library.sqlite'", "gait": ".npz'"}[full] in run.stderr
-    assert f"the {int(full == 'gait')} gaits in" in run.stderr
+    assert {"database": "; 0 gaits are kept in", "gait": "; 1 gait is kept in"}[full] in run.stderr
     assert "cannot write" in run.stderr
     assert "give the same command again to go on" in run.stderr
     assert list(directory.glob("**/.*.tmp")) == []
