@@ -118,7 +118,7 @@ def test_free_directions_get_the_absolute_curvature() -> None:
 def test_rows_held_give_the_step_of_the_quadratic_program(seed: int) -> None:
     program, x, guess = near_limits(seed)
     iterate = make_iterate(program, program.point(x), *guess)
-    hessian = program.hessian(x, iterate.multipliers, 1.0)
+    hessian = scaled_hessian(program, x, iterate.multipliers)
     model = build_model(program, iterate, hessian, True, 1e4, tight=True)
     step = solve_subproblem(pose_subproblem(model, 1e3, 1e4, 1e3), "quadprog")
     held = hold(program, iterate, hessian, 1e4, every=True)
@@ -130,6 +130,9 @@ def test_rows_held_give_the_step_of_the_quadratic_program(seed: int) -> None:
     np.testing.assert_allclose(held.step.box_multipliers, step.box_multipliers, atol=1e-4)
     np.testing.assert_allclose(held.step.change, step.change, atol=1e-6)
     assert held.predicted_decrease(step.d) == pytest.approx(model.predicted_decrease(step.d))
+    pressing = held.step.multipliers, held.step.box_multipliers / program.variables.scale
+    left = make_iterate(program, iterate.point, *pressing).residual.stationarity
+    assert held.residual == pytest.approx(left, rel=1e-6, abs=1e-9)
 
 
 def test_rows_are_let_go_and_held_as_the_step_asks() -> None:
@@ -137,7 +140,7 @@ def test_rows_are_let_go_and_held_as_the_step_asks() -> None:
     for seed in range(50):
         program, x, guess = near_limits(seed)
         iterate = make_iterate(program, program.point(x), *guess)
-        hessian = program.hessian(x, iterate.multipliers, 1.0)
+        hessian = scaled_hessian(program, x, iterate.multipliers)
         held = hold(program, iterate, hessian, 1e4, every=True)
         found.append(held is not None)
         if held is not None:
@@ -155,6 +158,11 @@ def test_bounds_press_as_the_rows_multipliers_say(program: bank.Textbook) -> Non
     assert not bounds_pressing(program, solution, np.zeros(solution.rows.size)).any()
 
 
+def scaled_hessian(program: bank.Textbook, x: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+    scale = program.variables.scale
+    return program.hessian(x, multipliers, 1.0) * np.outer(scale, scale)
+
+
 def near_limits(seed: int) -> tuple[bank.Textbook, np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Return a convex program in 6 variables, 9 rows, a start, and guessed multipliers.
 
@@ -163,12 +171,13 @@ def near_limits(seed: int) -> tuple[bank.Textbook, np.ndarray, tuple[np.ndarray,
     rng, n, m = np.random.default_rng(seed), 6, 9
     root, A, g = rng.normal(size=(n, n)), rng.normal(size=(m, n)), rng.normal(size=n)
     H, upper = root @ root.T + 0.1 * np.eye(n), 0.2 * rng.random(m)
+    scale = rng.uniform(0.5, 2.0, n).tolist()
 
     def program(g: np.ndarray) -> bank.Textbook:
         return bank.Textbook(
             "a quadratic program", np.zeros(n), lambda x: g @ x + 0.5 * x @ H @ x,
             lambda x: g + H @ x, lambda _: H, lambda x: A @ x, lambda _: A,
-            lambda _: [np.zeros((n, n))] * m, bank.box([-0.3] * n, [0.3] * n),
+            lambda _: [np.zeros((n, n))] * m, bank.box([-0.3] * n, [0.3] * n, scale),
             Rows(np.full(m, -0.1), upper), np.zeros(n), 0.0, np.zeros(m), np.zeros(n),
         )  # fmt: skip
 
