@@ -207,3 +207,20 @@ def own_code(of: object, what: str) -> Iterator[None]:
         raise
     except (Exception, SystemExit) as error:
         raise InputError(f"{what}: {failure(error, type(of).__module__)}") from error
+
+
+@contextmanager
+def plugins_told() -> Iterator[None]:
+    """Tell what a plugin raises with its line, which does not reach another process.
+
+    Raises:
+        InputError: a plugin raises an exception, or exits.
+    """
+    try:
+        yield
+    except GaitoptError:
+        raise
+    except (Exception, SystemExit) as error:
+        if not own_line(error):
+            raise
+        raise InputError(f"{failure(error)}; correct it") from error

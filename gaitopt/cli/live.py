@@ -28,6 +28,7 @@ from gaitopt.errors import EvaluationError, InputError
 from gaitopt.escape import html_text
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
+from gaitopt.gait.terrain import Level, Slope
 from gaitopt.model.overrides import TORSO
 from gaitopt.model.robot import Robot
 from gaitopt.tolerances import SAME
@@ -258,8 +259,9 @@ def _sliders(request: Request) -> Iterator[Slider]:
         if value != 0.0:  # a walk in place keeps its speed: of nothing there is no share
             low, high = sorted((low * value, high * value))
             yield _slider(name, value, low, high, step)
+    fixed = () if isinstance(task.ground, Level | Slope) and task.turn_rate == 0.0 else ("slope",)
     for name, (low, high, step) in _LIMITS.items():
-        known = _value(task, name)
+        known = None if name in fixed else _value(task, name)
         if known is not None:
             yield _slider(name, known, min(low, known), max(high, known), step)
     most = 0.25 * request.robot.mass

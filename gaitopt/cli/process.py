@@ -27,9 +27,8 @@ from gaitopt.errors import (
     GaitoptError,
     IdleOptionError,
     InputError,
-    failure,
     missing_package,
-    own_line,
+    plugins_told,
     reason_of,
 )
 from gaitopt.escape import printable
@@ -64,7 +63,8 @@ def errors_reported(*, robots: bool = True) -> Iterator[None]:
     try:
         if robots:
             require_pinocchio()
-        yield
+        with plugins_told():
+            yield
         sys.stdout.flush()  # a full disk is told here, not after the last exit
     except GaitoptError as error:
         print_error(str(error))
@@ -78,13 +78,10 @@ def errors_reported(*, robots: bool = True) -> Iterator[None]:
     except KeyboardInterrupt as error:
         print_error("interrupted before it was done; every file that was written is complete")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
-    except (Exception, SystemExit) as error:
-        if own_line(error):
-            print_error(f"{failure(error)}; correct it")
-        elif isinstance(error, Exception) and (said := missing_package(error)):
-            print_error(said)
-        else:
+    except ModuleNotFoundError as error:
+        if not (said := missing_package(error)):
             raise
+        print_error(said)
         raise typer.Exit(ExitCode.BAD_INPUT) from error
 
 

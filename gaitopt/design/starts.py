@@ -41,7 +41,13 @@ from gaitopt.design.process import (
 )
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
-from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
+from gaitopt.errors import (
+    GaitoptError,
+    InputError,
+    StoppedError,
+    UnreachableError,
+    plugins_told,
+)
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -662,6 +668,7 @@ def _begin_worker(stopped: Event) -> None:
     _stopped = stopped
 
 
+@plugins_told()
 def _run_in_worker(job: StartJob, options: DesignOptions, number: int) -> Outcome:
     assert _stopped is not None
     return job.run(number, Search(options, stop=_stopped.is_set))

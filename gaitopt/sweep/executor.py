@@ -40,6 +40,7 @@ from gaitopt.errors import (
     MissingExtraError,
     NoGaitFoundError,
     UnreachableError,
+    plugins_told,
 )
 from gaitopt.gait.gait_file import gait_bytes
 from gaitopt.settings import checked_arguments
@@ -234,8 +235,13 @@ class JobOutcome:
     seconds: float = 0.0
 
 
+@plugins_told()
 def run_job(job: Job) -> JobOutcome:
-    """Do a job."""
+    """Do a job.
+
+    Raises:
+        InputError: a plugin fails in it.
+    """
     began = time.process_time()
     try:
         outcome = _WORK[job.kind](job)

@@ -46,6 +46,15 @@ def test_every_slider_goes_from_less_to_more_around_its_value(robot, speed):
         assert one.low < one.high, one
 
 
+@pytest.mark.parametrize("ground", [{"stairs": 0.1}, {"turn_rate": 0.2}])
+def test_no_slider_slopes_what_has_one_ground(robot, ground):
+    """Stairs and turns refuse every slope but none."""
+    task = preset_task("standard", robot, speed=0.8, **ground)
+    names = {one.name for one in _sliders(SimpleNamespace(robot=robot, task=task))}
+    assert "friction" in names
+    assert "slope" not in names
+
+
 @pytest.fixture(autouse=True)
 def patient(monkeypatch):
     """Let no answer depend on how busy the machine is."""

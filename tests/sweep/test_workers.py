@@ -8,15 +8,19 @@ import sys
 import threading
 import time
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from importlib.util import module_from_spec, spec_from_file_location
+from types import SimpleNamespace
 
 import pytest
 from sweeps import QUICK, SPEEDS, costs, gaits, quick_task
 
+from gaitopt.design import starts
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import shut_down, without_ctrl_c
 from gaitopt.design.starts import many_starts
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import PLUGIN, GaitoptError, InputError
 from gaitopt.sweep import executor as workers_module
-from gaitopt.sweep.executor import FINISH, LocalWorkers, local_workers
+from gaitopt.sweep.executor import FINISH, LocalWorkers, local_workers, run_job
 from gaitopt.sweep.scheduler import sweep
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX")
@@ -110,6 +114,20 @@ def test_without_further_processes_it_is_told(robot, monkeypatch):
         monkeypatch.setattr(workers_module, "ProcessPoolExecutor", none)
         with pytest.raises(GaitoptError, match=said):
             workers.submit(print)
+
+
+def test_what_a_plugin_does_in_a_worker_is_told(tmp_path, monkeypatch):
+    """An exception from another process has lost its lines, and need not come at all."""
+    (tmp_path / "mine.py").write_text("def fail(job):\n    raise SystemExit(3)\n")
+    spec = spec_from_file_location(f"{PLUGIN}1", tmp_path / "mine.py")
+    plugin = module_from_spec(spec)
+    spec.loader.exec_module(plugin)
+    monkeypatch.setitem(workers_module._WORK, "fail", plugin.fail)
+    job = SimpleNamespace(kind="fail", run=lambda *_: plugin.fail(job))
+    monkeypatch.setattr(starts, "_stopped", threading.Event())
+    for work in (lambda: run_job(job), lambda: starts._run_in_worker(job, DesignOptions(), 0)):
+        with pytest.raises(InputError, match=r"SystemExit: 3 \(line 2 of mine.py\); correct it"):
+            work()
 
 
 @pytest.mark.parametrize("end", ["by itself", "at once"])
