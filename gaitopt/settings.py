@@ -384,13 +384,21 @@ def checked(
 
 
 def plain(value: Any) -> Any:
-    """Return a value with Python's numbers and lists for NumPy's, in tuples and tables too."""
+    """Return a value with Python's numbers and lists for NumPy's, in tuples and tables too.
+
+    Fractions become numbers with a point, as all that follows computes with.
+    """
     numpy = sys.modules.get("numpy")  # which `gaitopt --help` does without
     if numpy is not None and isinstance(value, numpy.generic | numpy.ndarray):
-        return value.tolist()
-    if type(value) in (list, tuple):
+        value = value.tolist()
+    elif type(value) in (list, tuple):
         return type(value)(plain(one) for one in value)
-    return {name: plain(one) for name, one in value.items()} if type(value) is dict else value
+    elif type(value) is dict:
+        return {name: plain(one) for name, one in value.items()}
+    if isinstance(value, Real) and not isinstance(value, int | float):
+        with suppress(OverflowError):  # beyond every float: refused as it is
+            return float(value)
+    return value
 
 
 def _check_names(

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
+from fractions import Fraction
 from inspect import isfunction, signature
 from itertools import chain
 from typing import Any, Protocol
@@ -141,7 +142,11 @@ def test_what_a_class_says_itself_goes_first():
         Task(postures="a")
 
 
-NUMBERS = {float: (np.float64, np.float32), int: (np.int64, np.int32), bool: (np.bool_,)}
+NUMBERS = {
+    float: (np.float64, np.float32, np.longdouble),
+    int: (np.int64, np.int32),
+    bool: (np.bool_,),
+}
 
 
 @pytest.mark.parametrize("kind", [Task, Margins, DesignOptions, ImportOptions, SQP, SLSQP])
@@ -149,7 +154,7 @@ def test_numbers_of_numpy_are_numbers(kind):
     tried = 0
     for one in fields(kind):
         for make in NUMBERS.get(type(one.default), ()):
-            plain = make(one.default).item()  # float32 rounds
+            plain = type(one.default)(make(one.default))  # float32 rounds
             made = kind(**{one.name: make(one.default)})
             assert made == kind(**{one.name: plain})
             assert type(getattr(made, one.name)) is type(plain)
@@ -160,7 +165,8 @@ def test_numbers_of_numpy_are_numbers(kind):
 @pytest.mark.parametrize("preset", ["standard", "paper", "humanoid", "robust"])
 def test_presets_are_sized_by_numbers_of_numpy_too(robot, preset):
     given = {"speed": np.float32(0.5), "friction": np.float32(0.6), "lateral_gap": np.float64(0.02)}
-    plain = {name: value.item() for name, value in given.items()}
+    given |= {"duration": Fraction(2, 5)}
+    plain = {name: float(value) for name, value in given.items()}
     assert preset_task(preset, robot, **given) == preset_task(preset, robot, **plain)
     weighed = TorqueCost({"*knee*": np.float32(2.0)})
     assert weighed == TorqueCost({"*knee*": 2.0})
