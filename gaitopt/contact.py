@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.bounds import is_line, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, own_code
 from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
 
@@ -36,13 +37,15 @@ class Hinge:
             to the right, so that the line is its own mirror image, as the feet are each other's.
 
     Raises:
-        InputError: the axis is another.
+        InputError: the point is none, or the axis is another.
     """
 
     point: Array
     axis: Array
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).copy().items():
+            object.__setattr__(self, name, _numbers(value, 3, f"the {name} of a hinge"))
         if not np.array_equal(np.abs(self.axis), [0.0, 1.0, 0.0]):
             raise InputError(
                 f"a foot would turn about {np.asarray(self.axis).tolist()}; give a line across it, "
@@ -62,7 +65,8 @@ class Hinge:
 class ContactMode(ABC):
     """How a foot stands; a swinging foot has none.
 
-    To add one: a class, here or in a file of its own (docs/extending.md).
+    To add one: a frozen dataclass, here or in a file of its own (docs/extending.md). What it says
+    is looked at before a walk is sought.
 
     Attributes:
         name: in records and messages, unique.
@@ -158,12 +162,107 @@ class HeelLine(ContactMode):
         return np.array([False, False, True, True])
 
 
-AFTER = 1e-12
-"""Share of the step by which the instant just after a change of phase follows the one before it."""
-
-
 BOTH_FEET = "both feet"
 """Name of a phase in which both feet stand flat."""
+BUILT_IN = (FlatFoot, ToeLine, HeelLine)
+_EDGE = 1e-9
+"""By how much a line or a strip may lie beyond its sole [m]: rounding of their sums."""
+
+
+def _numbers(value: object, size: int, what: str) -> Array:
+    """Return what code of one's own gives as an array of finite numbers, shape (size,).
+
+    Raises:
+        InputError: it is none.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        array = np.array(None)
+    if array.dtype.kind not in "fiu" or array.shape != (size,) or not np.isfinite(array).all():
+        raise InputError(f"{what} is {shown(value)}; give an array of {size} numbers")
+    return array.astype(float)
+
+
+def _resting(contact: ContactMode) -> NDArray[np.bool_]:
+    """Return which corners of the sole rest in a contact, whose class is looked at.
+
+    Raises:
+        InputError: it is no contact mode, has no name of its own, or does not say it of four.
+    """
+    if not isinstance(contact, ContactMode):
+        raise InputError(
+            f"the contact of a phase is {shown(contact)}; give an instance of a ContactMode, as "
+            "FlatFoot()"
+        )
+    name, kind = getattr(contact, "name", None), type(contact)
+    taken = [BOTH_FEET, *(one.name for one in BUILT_IN if one is not kind)]
+    if not is_line(name) or not name or name in taken:
+        raise InputError(
+            f"the name of the contact mode {kind.__name__} is {shown(name)}; give a text of one "
+            f"line that is none of {', '.join(taken)}"
+        )
+    with own_code(contact, f"the contact '{name}' does not say which corners rest"):
+        corners = contact.resting()
+    if getattr(corners, "dtype", None) != np.bool_ or corners.shape != (4,) or not corners.any():
+        raise InputError(
+            f"resting() of the contact '{name}' returns {shown(corners)}; return an array of four "
+            "booleans, not all False, as np.array([True, True, False, False]) for the front edge"
+        )
+    return corners
+
+
+def check_contacts(schedule: Schedule, sole: Sole) -> None:
+    """Check what the contacts of a schedule say of a sole.
+
+    Raises:
+        InputError: a hinge is none, is not where the foot rests or would turn it into the ground,
+            or the centre of pressure may be where no sole is.
+    """
+    edges = FlatFoot().bearing(sole, 0.0)
+    for phase in schedule.phases:
+        contact = phase.contact
+        what, resting = f"the contact '{contact.name}'", _resting(contact)
+        with own_code(contact, f"{what} has no hinge"):
+            hinge = contact.hinge(sole)
+        if isinstance(hinge, Hinge):
+            _check_hinge(hinge, resting, sole, what)
+        elif hinge is not None:
+            raise InputError(f"hinge() of {what} returns {shown(hinge)}; return a Hinge, or None")
+        if (hinge is None) != resting.all():
+            raise InputError(
+                f"{what} has {'no' if hinge is None else 'a'} hinge, and {resting.sum()} of 4 "
+                "corners rest; a foot that turns rests on fewer, one that does not on all of them"
+            )
+        with own_code(contact, f"{what} does not say where it bears"):
+            found = contact.bearing(sole, 0.0)
+        front, rear, left, right = bearing = _numbers(found, 4, f"what bearing() of {what} returns")
+        over = np.array([1.0, -1.0, 1.0, -1.0]) * (bearing - edges)
+        if not (front > rear and left > right and over.max() <= _EDGE):
+            raise InputError(
+                f"{what} bears from {rear:g} to {front:g} m ahead and from {right:g} to {left:g} m "
+                f"to the left; the sole is from {sole.heel:g} to {sole.toe:g} m and from "
+                f"{sole.right:g} to {sole.left:g} m: stay within it, as by a shorter strip "
+                "(toe_strip, heel_strip)"
+            )
+
+
+def _check_hinge(hinge: Hinge, resting: NDArray[np.bool_], sole: Sole, what: str) -> None:
+    x, _, z = hinge.point
+    if not sole.heel - _EDGE <= x <= sole.toe + _EDGE or z != 0.0:
+        raise InputError(
+            f"{what} turns the foot about a line at x = {x:g} m, z = {z:g} m; give one of the "
+            f"sole, from {sole.heel:g} to {sole.toe:g} m, at z = 0"
+        )
+    if not (np.cross(hinge.axis, sole.corners[~resting] - hinge.point)[:, 2] > 0.0).all():
+        raise InputError(
+            f"{what} has the axis {hinge.axis.tolist()}, about which a positive angle presses a "
+            "corner that does not rest into the ground; give the opposite one, or another line"
+        )
+
+
+AFTER = 1e-12
+"""Share of the step by which the instant just after a change of phase follows the one before it."""
 
 
 class PhaseEnd(Enum):
@@ -260,10 +359,11 @@ class Schedule:
                 f"the phases of a step end at {ends[1:].tolist()} of it; their ends must increase "
                 "above 0 and the last must be 1"
             )
+        rest = [_resting(phase.contact) for phase in self.phases]
         kinds = [phase.ends_by for phase in self.phases]
         leaving = PhaseEnd.LIFT_OFF
         smooth = [PhaseEnd.SMOOTH] * len(kinds)
-        if self.slapping and not self.first.contact.resting().all():
+        if self.slapping and not rest[0].all():
             kinds[0] = PhaseEnd.SMOOTH
         closing = [[*smooth[2:], one, leaving] for one in (PhaseEnd.TOUCH_DOWN, PhaseEnd.IMPACT)]
         if kinds not in ([*smooth[1:], PhaseEnd.IMPACT], *closing):
@@ -274,7 +374,7 @@ class Schedule:
             )
         if [phase.both for phase in self.phases] != [one is leaving for one in kinds]:
             raise InputError("both feet stand from the touch-down to the lift-off, and else never")
-        flat = [bool(phase.contact.resting().all()) for phase in self.phases]
+        flat = [bool(resting.all()) for resting in rest]
         inner = flat[1:-1]
         if self.closing and self.phases[-2].contact == self.last.contact:
             inner = inner[:-1]  # it keeps turning as the other foot comes to stand

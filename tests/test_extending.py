@@ -39,9 +39,8 @@ def folder(tmp_path_factory):
 
 
 def test_the_text_shows_what_it_says():
-    assert [kind for kind, _ in BLOCKS] == [
-        "python", "python", "console", "toml", "python", "python", "toml", "python",
-    ]  # fmt: skip
+    kinds = "python python console toml python python toml python python python"
+    assert [kind for kind, _ in BLOCKS] == kinds.split()
 
 
 def test_python(folder, capsys, monkeypatch):
@@ -55,9 +54,10 @@ def test_python(folder, capsys, monkeypatch):
     finally:
         for name in own:
             sys.modules.pop(name, None)
-    verdict, passed, rows = capsys.readouterr().out.splitlines()
+    verdict, passed, rows, turned = capsys.readouterr().out.splitlines()
     assert (verdict, passed) == ("certified", "True")
     assert rows.startswith("slice(")
+    assert turned == "certified ball line"
 
 
 def test_commands(folder, monkeypatch):

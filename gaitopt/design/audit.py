@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.bounds import is_finite, shortened
+from gaitopt.bounds import is_finite, shortened, shown
+from gaitopt.contact import BOTH_FEET, BUILT_IN
 from gaitopt.dataclass import dataclass
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.pipeline import with_instants_of
@@ -219,6 +220,13 @@ def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:
         RobotError: the URDF is not a biped.
     """
     robot = robot_of(gait)
+    names = {BOTH_FEET, *(one.name for one in BUILT_IN)}
+    if own := [one.contact for one in gait.phases if one.contact not in names]:
+        raise GaitFileError(
+            f"the foot of the gait has the contact {shown(own[0])}, which is not gaitopt's "
+            "own; compute it again in Python from the task it was designed for: "
+            "certify(WalkProblem(robot, task), gait.parameters), see docs/extending.md"
+        )
     try:
         task = task_from_record(gait.fact("task"), known)
         problem = WalkProblem(robot, task, with_instants_of(task.grid, gait))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.bounds import NUMBER, USABLE, is_line, is_of_use, shown
-from gaitopt.contact import Schedule
+from gaitopt.contact import Schedule, check_contacts
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, InputError, own_code
 from gaitopt.gait import quantities
@@ -705,6 +705,7 @@ def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:
     table = _sized(table, robot.scales)
     table = _within_step_width(table, robot, task.margins.step_width)
     schedule = task.schedule
+    check_contacts(schedule, robot.sole)
     landing, leaving = (
         phase.contact.hinge(robot.sole) is not None for phase in (schedule.first, schedule.last)
     )

@@ -1,6 +1,6 @@
 """The foot on its heel: the mode itself, and a walk that ends on it, as a step backwards would."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -8,7 +8,9 @@ import pytest
 from numerics import check_differences, jacobian_difference, relative_error, steps
 
 from gaitopt.contact import FlatFoot, HeelLine, Phase, PhaseEnd, Schedule
+from gaitopt.design.audit import audit
 from gaitopt.design.certificate import ask_referee, on_fine_grid
+from gaitopt.errors import GaitFileError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -107,3 +109,7 @@ def test_its_gait_is_kept_in_a_file(walk, tmp_path):
     assert (
         relative_error(again.trajectory.at(times).wrench, gait.trajectory.at(times).wrench) < 1e-9
     )
+    with pytest.raises(
+        GaitFileError, match="the contact 'ball line', which is not gaitopt's own; co"
+    ):
+        audit(replace(again, foot_contact="ball line"))

@@ -5,6 +5,7 @@ import pytest
 
 from gaitopt.contact import (
     AFTER,
+    ContactMode,
     FlatFoot,
     HeelLine,
     Hinge,
@@ -13,10 +14,12 @@ from gaitopt.contact import (
     PhaseEnd,
     Schedule,
     ToeLine,
+    check_contacts,
 )
 from gaitopt.errors import InputError
 from gaitopt.gait.grid import phase_grid, uniform_grid
 from gaitopt.gait.task import Task
+from gaitopt.model.sole import Sole
 
 SMOOTH, IMPACT = PhaseEnd.SMOOTH, PhaseEnd.IMPACT
 TWO = Schedule((Phase(FlatFoot(), 0.7, SMOOTH), Phase(FlatFoot())))
@@ -72,6 +75,90 @@ def test_a_line_that_is_not_its_own_mirror_image_is_refused(axis):
     """The other foot would turn about another one, of which no equation knows."""
     with pytest.raises(InputError, match="give a line across it"):
         Hinge(np.array([0.1, 0.0, 0.0]), np.array(axis))
+
+
+SOLE = Sole(0.12, -0.06, 0.04, -0.04)
+ACROSS, TOES = np.array([0.0, 1.0, 0.0]), np.array([True, True, False, False])
+
+
+class Ball(ContactMode):
+    """The foot turns about a line 4 cm behind its tip."""
+
+    name = "ball line"
+
+    def hinge(self, sole):
+        return Hinge(np.array([sole.toe - 0.04, 0.0, 0.0]), ACROSS)
+
+    def bearing(self, sole, margin):
+        return [sole.toe, sole.toe - 0.04, sole.left - margin, sole.right + margin]
+
+    def resting(self):
+        return TOES
+
+
+def checked(mode, sole=SOLE):
+    check_contacts(Schedule((Phase(FlatFoot(), 0.7, SMOOTH), Phase(mode))), sole)
+
+
+@pytest.mark.parametrize("mode", [FlatFoot(), ToeLine(0.01), HeelLine(0.01), Ball()])
+def test_contacts_that_fit_the_sole_are_taken(mode):
+    checked(mode)
+
+
+@pytest.mark.parametrize(
+    ("method", "answer", "told"),
+    [
+        ("name", "flat", "the name of the contact mode Wrong is 'flat'; give a text of one line"),
+        ("name", "a\nb", r"the name of the contact mode Wrong is 'a\\nb'"),
+        ("resting", lambda _: TOES.nothing, r"which corners rest: Attrib.*\(line \d+ of test_sche"),
+        ("resting", lambda _: [True, True, False, False], "return an array of four booleans"),
+        ("resting", lambda _: ~TOES & TOES, "return an array of four booleans, not all False"),
+        ("resting", lambda _: TOES | ~TOES, "has a hinge, and 4 of 4 corners rest"),
+        (
+            "hinge",
+            lambda _, sole: sole / 2,
+            r"has no hinge: TypeError.*\(line \d+ of test_schedule",
+        ),
+        (
+            "hinge",
+            lambda _, sole: sole.toe,
+            r"hinge\(\) of the contact 'ball line' returns 0.12; ret",
+        ),
+        ("hinge", lambda *_: None, "has no hinge, and 2 of 4 corners rest"),
+        ("hinge", lambda *_: Hinge(np.array([np.nan, 0, 0]), ACROSS), "give an array of 3 numbers"),
+        ("hinge", lambda *_: Hinge(np.array([0, 0, 0.1]), ACROSS), "x = 0 m, z = 0.1 m; give one"),
+        (
+            "hinge",
+            lambda *_: Hinge(np.array([0.13, 0, 0]), ACROSS),
+            "give one of the sole, from -0",
+        ),
+        ("hinge", lambda *_: Hinge(np.zeros(3), -ACROSS), "presses a corner that does not rest"),
+        (
+            "bearing",
+            lambda *_: {}["edge"],
+            r"where it bears: KeyError.*\(line \d+ of test_schedule",
+        ),
+        ("bearing", lambda *_: [0.1, 0.0], "give an array of 4 numbers"),
+        ("bearing", lambda *_: [0.0, 0.1, 0.04, -0.04], "bears from 0.1 to 0 m ahead"),
+        ("bearing", lambda *_: [0.12, 0.1, 0.04, -0.05], "stay within it, as by a shorter strip"),
+    ],
+)
+def test_a_contact_with_a_mistake_is_refused_with_its_line(method, answer, told):
+    wrong = type("Wrong", (Ball,), {"__module__": __name__, method: answer})()
+    with pytest.raises(InputError, match=told):
+        checked(wrong)
+
+
+@pytest.mark.parametrize("mode", [ToeLine(0.19), HeelLine(0.19)])
+def test_a_strip_longer_than_the_sole_is_refused(mode):
+    """The centre of pressure was allowed where there is no sole."""
+    with pytest.raises(InputError, match="stay within it, as by a shorter strip"):
+        checked(mode)
+
+
+def test_what_is_no_contact_mode_is_refused():
+    with pytest.raises(InputError, match=r"is <class .*; give an instance of a ContactMode"):
+        Schedule((Phase(FlatFoot),))
 
 
 def test_grid_of_one_phase_is_the_uniform_one():
