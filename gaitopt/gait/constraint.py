@@ -12,6 +12,7 @@ from bisect import bisect_right
 from collections.abc import Collection, Mapping
 from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
+from inspect import getattr_static
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError, did_you_mean
+from gaitopt.errors import InputError, did_you_mean, own_code
 from gaitopt.gait.functions import Entries, QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
@@ -118,6 +119,10 @@ def _margins_of(kind: type) -> Mapping[str, Margin]:
     return {one.name: one.metadata[_KEY] for one in found if _KEY in one.metadata}
 
 
+_MISSING = object()
+_DECLARED = ("name", "unit", "words", "equation", "reads", "change", "margins", "couplings")
+
+
 def check_declaration(one: object, *names: str) -> None:
     """Check that the class of a constraint or a cost says what it is.
 
@@ -125,22 +130,27 @@ def check_declaration(one: object, *names: str) -> None:
         names: what it has to declare.
 
     Raises:
-        InputError: a name is missing or no text, `reads` is no tuple of quantities, or it keeps
-            values without being a frozen dataclass.
+        InputError: a name is missing or no text, `reads` is no tuple of quantities, it keeps values
+            without being a frozen dataclass, or a property that says it raises.
     """
     kind = type(one).__name__
-    if missing := [name for name in names if not hasattr(one, name)]:
+    known = {name: getattr_static(one, name, _MISSING) for name in (*names, *_DECLARED)}
+    for name in known:
+        if known[name] is not _MISSING:
+            with own_code(one, f"{kind} cannot tell its {name}"):
+                known[name] = getattr(one, name)
+    if missing := [name for name in names if known[name] is _MISSING]:
         raise InputError(
             f"{kind} declares no {' and no '.join(missing)}; its class says what it is "
             "(docs/extending.md)"
         )
-    for text in ("name", "unit", "words", "equation"):
-        value = getattr(one, text, "-")
+    for text in _DECLARED[:4]:
+        value = "-" if known[text] is _MISSING else known[text]
         if not (callable(value) or isinstance(value, str)) or (value == "" and text != "unit"):
             raise InputError(f"the {text} of {kind} is {shown(value)}; give a text")
         if isinstance(value, str) and not value.isprintable():
             raise InputError(f"the {text} of {kind} is {shown(value)}; give a text of one line")
-    reads = getattr(one, "reads", ())
+    reads = () if known["reads"] is _MISSING else known["reads"]
     if not (isinstance(reads, tuple) and all(isinstance(entry, Quantity) for entry in reads)):
         raise InputError(
             f"{kind} reads {shown(reads)}; give a tuple of quantities: reads = (quantities.TORQUE,)"

@@ -30,7 +30,14 @@ from gaitopt.gait.constraint import (
     check_declaration,
     margin,
 )
-from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function, shaped
+from gaitopt.gait.functions import (
+    Linear,
+    QuantityFunction,
+    SquaredNorm,
+    check_function,
+    check_width,
+    shaped,
+)
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.model.import_options import matching
@@ -90,13 +97,17 @@ class CostFunction(ABC):
     def gradient(self, step: Period) -> dict[Quantity, Array]:
         """Return the derivatives with respect to quantities, each of the quantity's shape."""
 
-    @abstractmethod
     def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return second derivatives by pairs of quantities (a, b), each pair once.
 
         Rows of different instants do not mix: that of a pair has shape (K, entries of a, entries of
         b). Where b has a single row (`TRAVEL`), it goes with each of the K rows of a.
+
+        By default central differences of `gradient`, to about 1e-9 of their size: leave it out
+        rather than approximate it, as Gauss and Newton do. A cost that mixes instants gives it, and
+        `neighbours`.
         """
+        return _differenced(self, step)
 
     def neighbours(self, step: Period) -> Neighbours:
         """Return second derivatives between two rows of a quantity, where a cost mixes instants.
@@ -468,6 +479,11 @@ class MotorPower(QuantityFunction):
 
     def _parts(self, quantity: Array) -> tuple[Array, Array, Array, Array]:
         """Torque, rate, p and sqrt(p² + s²), shape (K, n) each."""
+        check_width(
+            2 * len(self.curved),
+            quantity,
+            f"a MotorPower of {len(self.curved)} motors takes {{}} entries, torques and rates",
+        )
         torque, rate = np.split(quantity, 2, axis=1)
         power = torque * rate
         return torque, rate, power, np.hypot(power, self.power_smoothing)
@@ -822,7 +838,8 @@ def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunct
         penalty: rho [cost / m²].
     """
     if isinstance(cost, WeightedSum) or type(cost).__module__ != __name__:
-        cost.check(context)
+        with own_code(cost, f"the cost '{cost.name}' cannot be checked"):
+            cost.check(context)
     plain = _function(cost, context)
     if penalty == 0.0:
         return plain
@@ -872,6 +889,57 @@ class _Own(CostFunction):
             shapes = {one: step.values[one][at][:, 1].shape for one, (at, _) in found.items()}
             bent = _looked_at({one: values for one, (_, values) in found.items()}, shapes, what)
             return {one: (found[one][0], bent[one]) for one in found}
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """A step some of whose quantities are others, for differences of a cost."""
+
+    step: Period
+    values: dict[Quantity, Array]
+
+    def read(self, what: Quantity) -> Array:
+        return self.values[what]
+
+    @property
+    def step_length(self) -> float:
+        return float(self.values[TRAVEL][0, 0])
+
+    @property
+    def duration(self) -> float:
+        return float(self.values[TRAVEL][0, 1])
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.step, name)
+
+
+_RELATIVE = 1e-5  # step of differences of gradients, over the entry or one unit
+
+
+def _differenced(function: CostFunction, step: Period) -> dict[Pair, Array]:
+    """Return central differences of the gradient of a cost, as its `hessian`."""
+    values = dict(step.values)
+    asked, found = list(function.gradient(step)), dict[Pair, Array]()
+    for k, other in enumerate(asked):
+        entries = values[other]
+        one_row = [one for one in asked if len(values[one]) > len(entries) == 1]
+        same = [one for one in asked[: k + 1] if len(values[one]) == len(entries)]
+        columns: dict[Quantity, list[Array]] = {one: [] for one in (*one_row, *same)}
+        for entry in range(entries.shape[1]):
+            move = np.zeros(entries.shape)
+            move[:, entry] = _RELATIVE * np.maximum(1.0, np.abs(entries[:, entry]))
+            after, before = (
+                function.gradient(_Beside(step, {**values, other: entries + side * move}))
+                for side in (1.0, -1.0)
+            )
+            for one, column in columns.items():
+                change = np.subtract(after[one], before[one]) / (2.0 * move[:, entry, None])
+                column.append(np.broadcast_to(change, values[one].shape))
+        for one, column in columns.items():
+            found[one, other] = np.stack(column, axis=2)
+        square = found[other, other]
+        found[other, other] = 0.5 * (square + square.swapaxes(1, 2))
+    return found
 
 
 Key = TypeVar("Key")

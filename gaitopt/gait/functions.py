@@ -7,7 +7,8 @@ quantity, or of several side by side, to rows, for all instants at once: (K, ent
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 
 import numpy as np
@@ -31,9 +32,21 @@ class QuantityFunction(ABC):
     def jacobian(self, quantity: Array) -> Array:
         """Return d rows / d quantity, shape (K, r, e), or (r, e) where it is constant."""
 
-    @abstractmethod
     def hessian(self, quantity: Array, weights: Array) -> Array | None:
-        """Return the Hessian of weights . rows, weights (K, r), shape (K, e, e); None if zero."""
+        """Return the Hessian of weights . rows, weights (K, r), shape (K, e, e); None if zero.
+
+        By default central differences of `vjp`, to about 1e-9 of their size: leave it out rather
+        than approximate it, as Gauss and Newton do.
+        """
+        size = _RELATIVE * np.maximum(1.0, np.abs(quantity))
+        columns = []
+        for entry in range(quantity.shape[1]):
+            move = np.zeros(quantity.shape)
+            move[:, entry] = size[:, entry]
+            change = self.vjp(quantity + move, weights) - self.vjp(quantity - move, weights)
+            columns.append(change / (2.0 * size[:, entry, None]))
+        hessian = np.stack(columns, axis=2)
+        return np.asarray(0.5 * (hessian + hessian.swapaxes(1, 2)))
 
     def chained(self, quantity: Array, jacobian: Array) -> Array:
         """Return d rows / d x, shape (K, r, P), from d quantity / d x, shape (K, e, P)."""
@@ -52,9 +65,16 @@ class Linear(QuantityFunction):
     matrix: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "matrix", real_array(self.matrix, "the matrix of a Linear"))
+        matrix = real_array(self.matrix, "the matrix of a Linear")
+        if matrix.ndim not in (2, 3):
+            raise InputError(
+                f"the matrix of a Linear has shape {matrix.shape}; give (rows, entries), as "
+                "np.ones((1, 12)) for the sum of 12"
+            )
+        object.__setattr__(self, "matrix", matrix)
 
     def value(self, quantity: Array) -> Array:
+        check_width(self.matrix.shape[-1], quantity, "a Linear has a matrix of {} columns")
         if self.matrix.ndim == 3:
             return np.asarray((self.matrix @ quantity[:, :, None])[:, :, 0])
         return quantity @ self.matrix.T
@@ -113,6 +133,18 @@ class Entries(QuantityFunction):
     count: int
     factor: float | Array = 1.0
 
+    def __post_init__(self) -> None:
+        if isinstance(self.factor, float):  # as of nearly all
+            return
+        factor = real_array(self.factor, "the factor of Entries")
+        rows = len(range(*self.chosen.indices(self.count)))
+        if factor.ndim and factor.shape != (rows,):
+            raise InputError(
+                f"the factor of Entries has shape {factor.shape}; give a number, or one for each "
+                f"of the {rows} entries chosen"
+            )
+        object.__setattr__(self, "factor", factor if factor.ndim else float(factor))
+
     @cached_property
     def plain(self) -> bool:
         """Whether its rows are entries as they are."""
@@ -124,6 +156,7 @@ class Entries(QuantityFunction):
         return self.plain and self.chosen.indices(self.count) == (0, self.count, 1)
 
     def value(self, quantity: Array) -> Array:
+        check_width(self.count, quantity, "Entries of {}")
         chosen = quantity[:, self.chosen]
         return chosen if self.plain else np.asarray(chosen * self.factor)
 
@@ -235,6 +268,7 @@ class StrideSpeed(QuantityFunction):
         return 2.0 / w * t, 1.0 + t**2, w * t * (1.0 + t**2)
 
 
+@checked_facts
 @dataclass(frozen=True)
 class FrictionCone(QuantityFunction):
     """mu f_z - sqrt(f_x² + f_y² + smoothing²) of a force (or force and moment), Eqs. (33), (34).
@@ -270,6 +304,7 @@ class FrictionCone(QuantityFunction):
         return np.asarray(np.sqrt(x**2 + y**2 + self.smoothing**2))
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Torsion(QuantityFunction):
     """c f_z -+ M of a force and moment, M about the vertical through the centre of pressure.
@@ -330,7 +365,7 @@ class Length(QuantityFunction):
     def hessian(self, quantity: Array, weights: Array) -> Array:
         length = self.value(quantity)[:, :, None]
         u = self.jacobian(quantity)
-        return weights[:, :1, None] * (np.eye(3) - u.swapaxes(1, 2) * u) / length
+        return weights[:, :1, None] * (np.eye(quantity.shape[1]) - u.swapaxes(1, 2) * u) / length
 
 
 @checked_facts
@@ -346,9 +381,15 @@ class SquaredNorm(QuantityFunction):
 
     def __post_init__(self) -> None:
         weights = real_array(self.weights, "the weights of a SquaredNorm")
+        if weights.ndim != 1:
+            raise InputError(
+                f"the weights of a SquaredNorm have shape {weights.shape}; give one for each entry "
+                "of what it reads, as np.ones(12)"
+            )
         object.__setattr__(self, "weights", weights)
 
     def value(self, quantity: Array) -> Array:
+        check_width(len(self.weights), quantity, "a SquaredNorm has {} weights")
         return np.asarray(((quantity**2) @ self.weights)[:, None])
 
     def jacobian(self, quantity: Array) -> Array:
@@ -393,16 +434,16 @@ class ComplexStep(QuantityFunction):
             columns.append(np.imag(self.function(moved)) / _TINY)  # type: ignore[arg-type]
         return np.stack(columns, axis=2)
 
-    def hessian(self, quantity: Array, weights: Array) -> Array:
-        size = _RELATIVE * np.maximum(1.0, np.abs(quantity))
-        columns = []
-        for entry in range(quantity.shape[1]):
-            move = np.zeros(quantity.shape)
-            move[:, entry] = size[:, entry]
-            change = self.jacobian(quantity + move) - self.jacobian(quantity - move)
-            columns.append((weights[:, None] @ change)[:, 0] / (2.0 * size[:, entry, None]))
-        hessian = np.stack(columns, axis=2)
-        return np.asarray(0.5 * (hessian + hessian.swapaxes(1, 2)))
+
+def check_width(width: int, quantity: Array, has: str) -> None:
+    """Refuse quantities (K, e) of another width than a function has entries for.
+
+    Args:
+        has: what it has of that width, as "a SquaredNorm has {} weights".
+    """
+    if quantity.shape[-1] != width:
+        entries = quantity.shape[-1]
+        raise InputError(f"{has.format(width)}, but what it reads has {entries}; give {entries}")
 
 
 def check_function(function: QuantityFunction, typical: Array, rows: int, what: str) -> None:
@@ -428,7 +469,7 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
     at, move = typical * random.uniform(0.5, 1.5, (2, _INSTANTS, width))
     at.flags.writeable = False  # quantities are for all: nobody may write into them
     whole = f"the function of {what} cannot be evaluated at {_INSTANTS} instants of {width} entries"
-    with own_code(function, whole):
+    with own_code(function, whole), _told_of(what):
         with np.errstate(all="ignore"):  # it need have no value there
             value = real_array(function.value(at), f"the value of the function of {what}")
         if value.shape != (_INSTANTS, rows):
@@ -463,9 +504,25 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
         if exact.shape != found.shape or not np.abs(exact - found).max() <= 1e-4 * size:
             raise InputError(
                 f"the {name} of the function of {what} disagrees with differences of its value; "
-                "correct it, or give the value alone to ComplexStep (which takes smooth functions "
-                "that extend to complex numbers: not abs, norm, maximum)"
+                "correct it"
+                + (
+                    ", or leave it out: then it is taken from differences of the jacobian"
+                    if name == "hessian"
+                    else ""
+                )
+                + ", or give the value alone to ComplexStep (which takes smooth functions that "
+                "extend to complex numbers: not abs, norm, maximum)"
             )
+
+
+@contextmanager
+def _told_of(what: str) -> Iterator[None]:
+    """Tell of what a function is that refuses what it reads."""
+    try:
+        yield
+    except InputError as error:
+        told = str(error)
+        raise InputError(told if what in told else f"{told} ({what})") from error
 
 
 def real_array(values: object, what: str) -> Array:

@@ -31,6 +31,7 @@ from gaitopt.gait.parameters import (
     RATE_SCALE,
     STEP_LENGTH,
     TRUNK_PITCH,
+    GeometricParameter,
     Layout,
 )
 from gaitopt.gait.problem import WalkProblem
@@ -47,6 +48,7 @@ from gaitopt.nlp import Array
 
 _CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
 _LONGEST = 0.97  # of the leg's length, in double support
+_STRAIGHT = 0.995  # likewise, beyond which the pelvis of the guess is lowered to that
 _TRUNK_PITCH = 0.05  # rad
 _CLEAR_OF_GAP = 0.014  # m of the thirteen-link biped: so far off the lateral constraint
 _EXTRA_LIFT = 0.02  # m above the clearance profile, likewise
@@ -343,6 +345,7 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
     spacing = legs.side * max(abs(legs.stance_width), clear)
     aside = (2 * number - 1) * task.lateral_speed * task.duration  # half of what a step widens
     spacing += (aside + legs.side * abs(aside)) if task.steps > 1 else 0.0
+    spacing = _given(layout.geometry[FOOT_SPACING], spacing)
     share = 0.0 if task.double_support is None else task.double_support / task.duration
     if (1.0 + share) * abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
@@ -377,11 +380,51 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
         TRUNK_PITCH: _TRUNK_PITCH + ground.incline,
         FOOT_SPACING: spacing,
     }
-    for row, value in values.items():
-        if layout.geometry[row].free:
-            quantity = layout.geometry[row]
-            guess[row] = np.clip(value, quantity.lower, quantity.upper)
-    return guess
+    for row in layout.free:
+        guess[row] = _given(layout.geometry[row], values.get(row, guess[row]))
+    return _lowered(problem, number, guess)
+
+
+def _given(quantity: GeometricParameter, value: float) -> float:
+    """Return the value of a quantity in the guess: its own if it has one, else one within bounds.
+
+    One that is free has one if its value is not 0, with which it stands in `GEOMETRY`.
+    """
+    if not quantity.free:
+        return quantity.value
+    return float(np.clip(quantity.value or value, quantity.lower, quantity.upper))
+
+
+def _lowered(problem: WalkProblem, number: int, geometry: Array) -> Array:
+    """Return geometric quantities (10,) with the pelvis, while it is free, in reach of the legs.
+
+    Raises:
+        UnreachableError: the feet are too far apart for any height.
+    """
+    quantity = problem.models[number].layout.geometry[PELVIS_HEIGHT]
+    legs, longest = problem.robot.legs, _LONGEST * problem.robot.legs.reach
+    pelvis, sole = (
+        place(chain, geometry)[0]
+        for chain in (PELVIS_CHAIN, swing_sole_chain(problem.task.ground.rise))
+    )
+    vectors = problem.model.boundary.legs(pelvis, sole)[0]
+    if not quantity.free or np.linalg.norm(vectors, axis=1).max() <= _STRAIGHT * legs.reach:
+        return geometry
+    away = np.linalg.norm(vectors[:, :2], axis=1)
+    if away.max() >= longest:
+        table = problem.models[number].layout.geometry
+        held = [q.name for q in table[PELVIS_LATERAL : STEP_LENGTH + 1] if not q.free and q.value]
+        raise UnreachableError(
+            f"a foot is {fixed(away.max(), 3)} m aside of its hip, where the legs reach "
+            f"{longest:.3f} m; "
+            + (f"hold {', '.join(held)} nearer to 0, or free it" if held else "")
+            + ("" if held else "give a smaller lateral_gap, a lower speed or a shorter step")
+        )
+    lower = (vectors[:, 2] - np.sqrt(longest**2 - away**2)).max()
+    geometry[PELVIS_HEIGHT] = np.clip(
+        geometry[PELVIS_HEIGHT] - lower, quantity.lower, quantity.upper
+    )
+    return geometry
 
 
 def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:

@@ -30,7 +30,9 @@ class GeometricParameter:
         scale: a sensible size of one optimisation step.
         lower, upper: bounds while it is free.
         free: whether the optimiser may change it.
-        value: its value while it is fixed, and its first guess while it is free.
+        value: its value while it is fixed, and its first guess while it is free; where that is 0,
+            pelvis height and place, trunk pitch and foot spacing are guessed from the robot. The
+            step length begins with what the speed asks for, the duration is `Task.duration`.
     """
 
     name: str

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 from gaitopt.bounds import TABLE, read_bounded, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import PLUGIN, InputError, reason_of
-from gaitopt.gait.constraint import Constraint
+from gaitopt.gait.constraint import Constraint, check_declaration
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
 from gaitopt.gait.motor_space import MotorSpace
@@ -234,6 +234,9 @@ def terrain_from_record(record: object, known: Iterable[Extension]) -> Terrain:
 def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
     if not isinstance(record, Mapping) or not isinstance(record.get("name"), str):
         raise InputError(f"the record of a {kind} has no name")
+    for one in known:
+        if not is_built_in(one):
+            check_declaration(one)
     # A cost of one's own may be called "torque", too: the record says where it is from.
     own = "plugin" in record or "class" in record
     named = (one for one in known if one.name == record["name"])

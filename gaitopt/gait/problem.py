@@ -492,9 +492,15 @@ class WalkProblem(NLP):
             size = np.abs(exact).sum(axis=-1).max()
             apart = np.abs(exact.sum(axis=-1) - found).max()
             if not apart <= _APART * (size + np.abs(found).max()):
+                of = "value; correct it"
+                if name == "hessian":
+                    of = (
+                        "gradient; correct it, or leave it out: then it is taken from differences "
+                        "(of a cost that mixes instants it cannot be: give hessian and neighbours)"
+                    )
                 raise InputError(
                     f"the {name} of the cost '{self.task.cost.name}' disagrees with differences of "
-                    f"its {'value' if name == 'gradient' else 'gradient'}; correct it"
+                    f"its {of}"
                 )
 
     def _row_values(self, step: Period) -> Array:

@@ -499,7 +499,7 @@ def _check_terrain(terrain: object) -> None:
             )
     with own_code(terrain, f"the terrain '{terrain.name}'"):
         down: Any = terrain.down
-        _ = terrain.rise  # its kind is seen to with the profile
+        _ = terrain.rise, terrain.shaped  # kinds are seen to with the profile
     three = isinstance(down, tuple) and len(down) == len(LEVEL) and all(map(is_finite, down))
     if not (three and abs(math.hypot(*down) - 1.0) < SAME and -down[2] >= math.cos(STEEPEST)):
         raise InputError(

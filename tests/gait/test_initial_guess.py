@@ -6,7 +6,7 @@ from reference_cases import biped
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES, set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 
@@ -84,6 +84,46 @@ def test_fixed_quantities_keep_their_value(robot):
     problem, x = guess_for(robot, geometry=table)
     geometry = dict(zip([q.name for q in GEOMETRY], problem.step(x).geometry, strict=True))
     assert {n: geometry[n] for n in values} == values
+
+
+@pytest.mark.parametrize("stance", ["right", "left"])
+@pytest.mark.parametrize("more", [{}, {"slope": 0.1}, {"lateral_speed": 0.1}, {"toe_off": 0.7}])
+@pytest.mark.parametrize("spacing", [0.3, 0.5, 0.8])
+def test_the_pelvis_is_midway_and_low_enough_where_the_spacing_is_fixed(spacing, more, stance):
+    robot = biped(stance)
+    value = spacing * robot.legs.side
+    table = set_geometry(GEOMETRY, {"foot_spacing": {"free": False, "value": value}})
+    problem, x = guess_for(robot, speed=0.6, geometry=table, **more)
+    for step in problem.steps(x):
+        legs = np.linalg.norm(step.posture.legs, axis=1)
+        middle = 0.5 * step.posture.sole.translation[1]
+        assert step.posture.pelvis.translation[1] == pytest.approx(middle)
+        assert legs.max() < 0.996 * robot.legs.reach
+        assert step.geometry[GEOMETRY_NAMES.index("foot_spacing")] == value
+
+
+def test_feet_held_where_no_leg_reaches_are_told(robot):
+    table = set_geometry(GEOMETRY, {"foot_spacing": {"free": False, "value": 1.3}})
+    with pytest.raises(UnreachableError, match=r"aside of its hip, .*; hold foot_spacing nearer"):
+        guess_for(robot, geometry=table)
+    with pytest.raises(UnreachableError, match=r"give a smaller lateral_gap"):
+        guess_for(robot, lateral_gap=1.3)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("pelvis_height", 0.52), ("pelvis_lateral", 0.07), ("pelvis_forward", -0.17),
+     ("trunk_pitch", 0.11), ("foot_spacing", 0.19), ("pelvis_yaw", 0.03)],
+)  # fmt: skip
+def test_a_first_guess_that_is_given_is_used(robot, name, value):
+    usual, x = guess_for(robot)
+    assert abs(x[usual.layout.index(name)] - value) > 0.005
+    table = set_geometry(GEOMETRY, {name: {"value": value}})
+    problem, x = guess_for(robot, geometry=table)
+    assert x[problem.layout.index(name)] == value
+    bounded = set_geometry(table, {name: {"lower": value + 0.01, "upper": value + 0.2}})
+    problem, x = guess_for(robot, geometry=bounded)
+    assert x[problem.layout.index(name)] == value + 0.01
 
 
 def test_bounds_are_kept(robot):

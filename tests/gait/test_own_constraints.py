@@ -16,16 +16,36 @@ from walks import walk
 
 from gaitopt.actuators.motors import JointMotor
 from gaitopt.errors import InputError
-from gaitopt.gait import quantities
+from gaitopt.gait import costs, quantities
 from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.constraints import MotorEnvelope
-from gaitopt.gait.costs import Cost, CostFunction, RunningCost, TorqueCost, WeightedSum
-from gaitopt.gait.functions import ComplexStep, Linear, SquaredNorm
+from gaitopt.gait.costs import (
+    Cost,
+    CostFunction,
+    RunningCost,
+    TorqueCost,
+    WeightedSum,
+)
+from gaitopt.gait.functions import (
+    ComplexStep,
+    Entries,
+    FrictionCone,
+    Linear,
+    QuantityFunction,
+    SquaredNorm,
+    Torsion,
+)
 from gaitopt.gait.initial_guess import first_guess
-from gaitopt.gait.plugin import load_plugin
+from gaitopt.gait.plugin import (
+    constraint_from_record,
+    cost_from_record,
+    load_plugin,
+    terrain_from_record,
+)
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, task_from_record, task_record
+from gaitopt.gait.terrain import Stairs
 
 
 @dataclass(frozen=True)
@@ -146,7 +166,7 @@ class Twice(Wrong):
 @pytest.mark.parametrize(
     ("constraint", "message"),
     [
-        (Wrong(width=5), "constraint 'wrong' cannot be evaluated at 2 .* 6 entries: V"),
+        (Wrong(width=5), "matrix of 5 columns, but what it reads has 6; give 6 .*'wrong'"),
         (Wrong(labels=2), r"function of .* returns shape \(2, 1\) for 2 .*; return \(2, 2\)"),
         (Wrong(labels=-1, width="six"), "constraint 'wrong' cannot make its rows: TypeError"),
         (Wrong(scale=0.0), "scale of the constraint 'wrong' is .*; it must be above 0"),
@@ -411,6 +431,127 @@ def test_a_cost_function_that_is_none_is_told(robot, of, change, message):
         first_guess(WalkProblem(robot, preset_task(cost=Half(of, change), samples=9)))
 
 
+@dataclass(frozen=True)
+class Residuals(Cost):
+    """J = sum of w r² over d, r = torque * rate + angle: least squares over the way."""
+
+    name, unit, words = "residuals", "1", "a cost of the tests"
+    reads = (quantities.TORQUE, quantities.RATES, quantities.ANGLES)
+    hessian: str = "none"
+
+    def function(self, context):
+        """Return it for a walk."""
+        kinds = {"none": Squares, "Gauss-Newton": GaussNewton}
+        return kinds[self.hessian](context.weights)
+
+    def typical(self, context):
+        """Return its size."""
+        return 1000.0
+
+
+class Squares(CostFunction):
+    """Its value and gradient alone."""
+
+    def __init__(self, weights):
+        self.weights = weights[:, None]
+
+    def parts(self, step):
+        """Return torque, rate, residual."""
+        torque, rate, angle = (step.read(one) for one in Residuals.reads)
+        return torque, rate, torque * rate + angle
+
+    def value(self, step):
+        """Return the cost."""
+        return float((self.weights * self.parts(step)[2] ** 2).sum() / step.step_length)
+
+    def gradient(self, step):
+        """Return its derivatives in all that it reads, and in the way."""
+        torque, rate, rest = self.parts(step)
+        first = 2.0 * self.weights * rest / step.step_length
+        by = dict(zip(Residuals.reads, (first * rate, first * torque, first), strict=True))
+        return by | {quantities.TRAVEL: [[-self.value(step) / step.step_length, 0.0]]}
+
+
+class GaussNewton(Squares):
+    """The Hessian without the curvature of the residuals."""
+
+    def hessian(self, step):
+        """Return 2 w J' J."""
+        torque, rate, _ = self.parts(step)
+        slopes = dict(zip(Residuals.reads, (rate, torque, np.ones(rate.shape)), strict=True))
+        scale = (2.0 * self.weights / step.step_length)[:, :, None] * np.eye(torque.shape[1])
+        reads = Residuals.reads
+        return {
+            (a, b): scale * (slopes[a] * slopes[b])[:, :, None]
+            for k, a in enumerate(reads)
+            for b in reads[k:]
+        }
+
+
+def test_a_hessian_that_is_left_out_is_taken_from_differences(rng):
+    """Of a cost and of a function; the walk's own check compares that with differences in x."""
+    problem, x = changed("everything free", cost=Residuals())
+    problem.check_own(x)
+    scale, none = problem.variables.scale, np.zeros(problem.rows.lower.size)
+    H = problem.hessian(x, none, 1.0)
+    differences = [
+        jacobian_difference(lambda at: problem.point(at).gradient, x, scale, h) for h in steps(1e-4)
+    ]
+    check_differences(scale * H, differences)
+    v, weights = rng.normal(size=(3, 4)), rng.normal(size=(3, 1))
+    left_out = Quartic().hessian(v, weights)
+    exact = weights[:, :, None] * (12.0 * v**2)[:, :, None] * np.eye(4)
+    np.testing.assert_allclose(left_out, exact, atol=1e-7)
+
+
+class Quartic(QuantityFunction):
+    """Sum of v⁴, without its Hessian."""
+
+    def value(self, quantity):
+        """Return it."""
+        return (quantity**4).sum(axis=1, keepdims=True)
+
+    def jacobian(self, quantity):
+        """Return 4 v³."""
+        return 4.0 * quantity[:, None] ** 3
+
+
+def test_half_a_hessian_is_refused_and_told_to_be_left_out():
+    problem, x = changed("guess", cost=Residuals("Gauss-Newton"))
+    with pytest.raises(InputError, match=r"hessian of the cost 'residuals' .* or leave it out"):
+        problem.check_own(x)
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (lambda: SquaredNorm(1.0), r"weights of a SquaredNorm have shape \(\); .*np\.ones\(12\)"),
+        (lambda: SquaredNorm(np.eye(12)), r"have shape \(12, 12\); give one for each entry"),
+        (lambda: SquaredNorm(np.ones(6)), r"has 6 weights, but .* has 12; give 12 \(the cost 'wid"),
+        (lambda: Linear(1.0), r"matrix of a Linear has shape \(\); give \(rows, entries\)"),
+        (lambda: Linear(np.ones(12)), r"has shape \(12,\); give \(rows, entries\)"),
+        (lambda: Linear(np.ones((1, 6))), r"matrix of 6 columns, but what .* 12; give 12 \(the co"),
+        (lambda: Entries(slice(0, 12), 12, np.ones(5)), r"factor .* shape \(5,\); .* 12 entries"),
+        (lambda: Entries(slice(0, 1), 6), r"Entries of 6, but what it reads has 12; give 12"),
+        (lambda: costs.MotorPower(np.ones(12), 2.0), r"MotorPower of 12 motors .* 24 .* has 12"),
+        (lambda: FrictionCone("a", 1.0), "friction is 'a'; give a number"),
+        (lambda: Torsion(1.0, None), "least is None; give a number"),
+    ],
+)  # fmt: skip
+def test_functions_of_another_width_are_told(robot, made, message):
+    @dataclass(frozen=True)
+    class Wide(RunningCost):
+        name, unit, words, reads = "wide", "1", "a cost of the tests", (quantities.TORQUE,)
+
+        def integrand(self, robot):
+            return made()
+
+    with pytest.raises(InputError, match=message) as caught:
+        WalkProblem(robot, preset_task(cost=Wide()))
+    assert "matmul" not in str(caught.value)
+    assert "broadcast" not in str(caught.value)
+
+
 class Nameless(Constraint):
     """Says nothing of itself."""
 
@@ -423,6 +564,39 @@ class Nameless(Constraint):
 def test_what_is_not_declared_is_asked_for():
     with pytest.raises(InputError, match="Nameless declares no name and no unit and no words"):
         Task(constraints=(Nameless(),))
+
+
+TELLING = [
+    (MotorPower, "constraints", name)
+    for name in ("name", "unit", "words", "equation", "reads", "change", "margins", "couplings")
+]
+TELLING += [(Smoothness, "cost", name) for name in ("name", "unit", "words", "reads", "check")]
+TELLING += [(Stairs, "terrain", name) for name in ("name", "shaped", "down", "rise")]  # fmt: skip
+
+
+@pytest.mark.parametrize("error", [ValueError, AttributeError, SystemExit])
+@pytest.mark.parametrize(("kind", "field", "name"), TELLING)
+def test_what_raises_as_it_says_what_it_is_is_told_with_its_line(robot, kind, field, name, error):
+    @dataclass(frozen=True)
+    class Raising(kind):
+        def raises(self, *_):
+            raise error("a slip of mine")
+
+        locals()[name] = raises if name == "check" else property(raises)
+
+    one = Raising(0.1) if kind is Stairs else Raising()
+    told = rf"({name}|terrain 'stairs'|checked).*: {error.__name__}: a slip of mine \(line \d+ of"
+    with pytest.raises(InputError, match=told):
+        WalkProblem(robot, Task(**{field: (one,) if field == "constraints" else one}))
+    if name == "name":  # as a file that names another is read
+        record = {"name": "another", "fields": {}, "class": "mine.Another"}
+        read = {
+            "constraints": constraint_from_record,
+            "cost": cost_from_record,
+            "terrain": terrain_from_record,
+        }
+        with pytest.raises(InputError, match=told):
+            read[field](record, (one,))
 
 
 def test_one_quantity_without_a_comma_is_told():
