@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import field
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar
 
@@ -440,7 +440,7 @@ class Schedule:
         Returns:
             Shares of the step, increasing from 0 to 1, shape (inner + 2,) or more.
         """
-        return shared_knots(np.array([0.0, *self.changes, 1.0]), inner)
+        return _shared_knots((0.0, *self.changes.tolist(), 1.0), inner)
 
     def phase_at(self, instants: Array) -> NDArray[np.int_]:
         """Return the number of the phase at each instant s; the instant of a change is before it.
@@ -449,6 +449,13 @@ class Schedule:
             instants: shares of the step, shape (N,).
         """
         return np.searchsorted(self.changes, instants, side="left")
+
+
+@lru_cache(maxsize=64)
+def _shared_knots(ends: tuple[float, ...], inner: int) -> Array:
+    knots = shared_knots(np.array(ends), inner)
+    knots.flags.writeable = False
+    return knots
 
 
 def shared_knots(ends: Array, inner: int) -> Array:

@@ -17,7 +17,7 @@ from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
-from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
@@ -251,22 +251,43 @@ def check_settings(one: Any) -> None:
         InputError: it is none of its choices or no finite number, or a number is out of its bounds
             or beyond those with which one computes.
     """
-    for entry in fields(one):
-        if KEY not in entry.metadata:
-            continue
-        name, value, said = entry.name, plain(getattr(one, entry.name)), entry.metadata[KEY]
-        kind, names = _KINDS.get(_type_name(str(entry.type)), NUMBER), said.get("choices", ())
-        object.__setattr__(one, name, value)
+    for name, kind, said, names, empty in _checks_of(one.__class__):
+        value = getattr(one, name)
+        if type(value) not in _PLAIN:
+            object.__setattr__(one, name, value := plain(value))
         if kind == FLAG and not isinstance(value, bool):
             raise OptionError(f"{name} is {shown(value)}; it must be True or False")
         if kind == INTEGER and (not isinstance(value, int) or isinstance(value, bool)):
             raise OptionError(f"{name} is {shown(value)}; it must be a whole number")
-        if isinstance(names, tuple) and names and value not in names:
+        if names and value not in names:
             known = (" or " if len(names) == 2 else ", ").join(names)
             hint = did_you_mean(value, names)
             raise InputError(f"{name} {shown(value)} is unknown; {hint}choose {known}")
-        if kind == NUMBER and not (value is None and "None" in str(entry.type)):
+        if kind == NUMBER and not (value is None and empty):
             _check_number(name, value, said)
+
+
+class _Check(NamedTuple):
+    """What a field must hold: as its metadata say; `empty` where it may be None."""
+
+    name: str
+    kind: str
+    said: Mapping[str, Any]
+    choices: tuple[str, ...]
+    empty: bool
+
+
+@cache  # there are as many as the program has
+def _checks_of(kind: type) -> list[_Check]:
+    """Return what the fields of a dataclass that declare themselves must hold."""
+    found = []
+    for one in fields(kind):
+        if KEY in one.metadata:
+            said, kind_of_value = one.metadata[KEY], _KINDS.get(_type_name(str(one.type)), NUMBER)
+            choices = said.get("choices", ())
+            known = choices if isinstance(choices, tuple) else ()
+            found.append(_Check(one.name, kind_of_value, said, known, "None" in str(one.type)))
+    return found
 
 
 def _check_number(name: str, value: Any, said: Mapping[str, Any]) -> None:
@@ -383,11 +404,16 @@ def checked(
     return kind
 
 
+_PLAIN = frozenset((float, int, bool, str, NoneType))
+
+
 def plain(value: Any) -> Any:
     """Return a value with Python's numbers and lists for NumPy's, in tuples and tables too.
 
     Fractions become numbers with a point, as all that follows computes with.
     """
+    if type(value) in _PLAIN:  # as nearly all are
+        return value
     numpy = sys.modules.get("numpy")  # which `gaitopt --help` does without
     if numpy is not None and isinstance(value, numpy.generic | numpy.ndarray):
         value = value.tolist()
@@ -449,9 +475,8 @@ def _check_kinds(kind: type, one: object) -> None:
     _refuse_kinds(kind.__name__, hints, {name: getattr(one, name, None) for name in hints})
 
 
-def _refuse_kinds(of: str, hints: Mapping[str, Any], values: Mapping[str, object]) -> None:
-    for name, hint in hints.items():
-        kinds = get_args(hint) if isinstance(hint, UnionType) else (hint,)
+def _refuse_kinds(of: str, hints: Mapping[str, _Hint], values: Mapping[str, object]) -> None:
+    for name, (hint, kinds) in hints.items():
         if name not in values or type(value := values[name]) in kinds:  # as nearly all are
             continue
         if not (_fits(value, hint) or _fits(plain(value), hint)):
@@ -459,15 +484,23 @@ def _refuse_kinds(of: str, hints: Mapping[str, Any], values: Mapping[str, object
             raise OptionError(f"{of}: {name} is {shown(value)}; give {_said(hint)}{once}")
 
 
+_Hint = tuple[Any, tuple[Any, ...]]
+"""An annotation, and the classes that it names."""
+
+
+def _hint(annotation: Any) -> _Hint:
+    return annotation, get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
+
+
 @cache  # there are as many as the program has
-def _hints(kind: type) -> dict[str, Any]:
+def _hints(kind: type) -> dict[str, _Hint]:
     """Return of which kinds the values of the fields may be."""
     hints = get_type_hints(kind)
-    return {one.name: hints[one.name] for one in fields(kind)}
+    return {one.name: _hint(hints[one.name]) for one in fields(kind)}
 
 
 @cache  # there are as many as the program has
-def _argument_kinds(function: Callable[..., Any]) -> dict[str, Any]:
+def _argument_kinds(function: Callable[..., Any]) -> dict[str, _Hint]:
     """Return the same of arguments, but for kinds that type checkers alone know."""
     hints = dict[str, Any]()
     for name, one in inspect.signature(function).parameters.items():
@@ -476,7 +509,7 @@ def _argument_kinds(function: Callable[..., Any]) -> dict[str, Any]:
                 hints |= get_type_hints(
                     SimpleNamespace(__annotations__={name: one.annotation}), function.__globals__
                 )
-    return hints
+    return {name: _hint(one) for name, one in hints.items()}
 
 
 _SAID: dict[Any, tuple[str, str]] = {
@@ -525,6 +558,8 @@ def _several(hint: Any) -> str:
 
 def _fits(value: Any, hint: Any) -> bool:
     """Return whether a value is of a kind; of one that nobody can tell anything is."""
+    if type(value) is hint:  # as nearly all are
+        return True
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, UnionType):
         return any(_fits(value, part) for part in parts)

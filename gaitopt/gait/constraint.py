@@ -276,6 +276,7 @@ class ConstraintBlock:
             mirror image; empty where all are of one step.
         mirrored: labels there, of joints and sides as they are.
         period: what all its steps are called.
+        even: whether its rows are the same at all instants of the step, whichever these are.
     """
 
     name: str
@@ -295,11 +296,27 @@ class ConstraintBlock:
     ends: tuple[int, ...] = ()
     mirrored: tuple[str, ...] = ()
     period: str = "step"
+    even: bool = False
 
     @property
     def size(self) -> int:
         """Number of rows, K * r."""
         return int(self.lower.size)
+
+    def on(self, grid: Grid) -> ConstraintBlock | None:
+        """Return its rows on another grid, or None where it depends on the instants."""
+        if self.times is None:
+            return self
+        if not self.even:
+            return None
+        shape = (grid.count, len(self.labels))
+        return replace(
+            self,
+            lower=np.full(shape, self.lower[:1]),
+            upper=np.full(shape, self.upper[:1]),
+            instants=np.arange(grid.count),
+            times=grid.instants,
+        )
 
     def take(self, values: Mapping[Quantity, Array]) -> Array:
         """Return the instants of its quantities (K, entries) side by side, or of Jacobians."""
@@ -409,11 +426,12 @@ class Constraint(ABC):
                 `np.flatnonzero(context.grid.instants == context.touch_down)`, as a refinement adds
                 instants at the end.
         """
+        everywhere = np.ndim(lower) < 2 > np.ndim(upper) and instants is None
         instants = np.asarray(np.arange(context.grid.count) if instants is None else instants)
         times, phases = context.grid.instants[instants], context.schedule.phases
         block = self._block(function, labels, lower, upper, scale, instants, times)
         if len(phases) == 1:
-            return block
+            return replace(block, even=True) if everywhere else block
         contacts = tuple(phases[phase].name for phase in context.phases[instants])
         return replace(block, contacts=contacts)
 

@@ -424,7 +424,8 @@ class Load(_OnFoot):
             return self.rows(context, Entries(slice(2, 3), 6), ["vertical impact impulse"])
         lower: Array | float = LEAST_FORCE * context.scales.force
         if self.foot is STANCE:
-            lower = np.where(context.swinging, context.margins.minimum_load, lower)[:, None]
+            least, swinging = context.margins.minimum_load, context.swinging
+            lower = least if swinging.all() else np.where(swinging, least, lower)[:, None]
         return self.rows(context, Entries(slice(2, 3), 6), ["vertical ground force"], lower)
 
 

@@ -117,6 +117,7 @@ class WalkProblem(NLP):
         grid: Grid | None = None,
         layout: Layout | StepsLayout | None = None,
         neighbour: WalkProblem | None = None,
+        like: WalkProblem | None = None,
     ) -> None:
         """Pose the program.
 
@@ -124,6 +125,8 @@ class WalkProblem(NLP):
             grid: the task's, by default.
             layout: the task's, by default.
             neighbour: a walk whose last step is this one's too where only limits or cost differ.
+            like: the same walk on another grid, if there is one, from which layout and what does
+                not depend on the grid are taken.
 
         Raises:
             OptionError: the robot is no `Robot`, or the task no `Task`.
@@ -135,8 +138,13 @@ class WalkProblem(NLP):
         self.grid = grid or task.grid
         if task.steps == 1:
             self.edges = np.array([0.0, 1.0])
+        if like is not None:
+            layout, self.variables = like.layout, like.variables
         self.layout: Layout | StepsLayout = layout or walk_layout(robot, task)
-        self.blocks = constraint_blocks(robot, task, self.grid)
+        if like is None or task.steps > 1:
+            self.blocks = constraint_blocks(robot, task, self.grid)
+        else:
+            self.blocks = _on_grid(like.blocks, robot, task, self.grid)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self._set_up(task.speed if task.steps == 1 else task.pace, penalty)  # along the path
         if neighbour is not None and self._steps_as(neighbour):
@@ -166,8 +174,9 @@ class WalkProblem(NLP):
         else:
             self.models = _models(StepModel, *steps)
         self.model: StepModel | DoubleStepModel = self.models[0]
-        lower, upper = self.layout.bounds()
-        self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
+        if not hasattr(self, "variables"):
+            lower, upper = self.layout.bounds()
+            self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
         scales, lower, upper = (
             np.concatenate([table.ravel() for table in tables])
             for tables in zip(
@@ -212,7 +221,7 @@ class WalkProblem(NLP):
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
-        return WalkProblem(self.robot, self.task, grid, self.layout)
+        return WalkProblem(self.robot, self.task, grid, like=self)
 
     def with_task(self, task: Task) -> WalkProblem:
         """Return the walk of a task with other limits, on the same grid."""
@@ -540,6 +549,22 @@ def constraint_blocks(
     ]  # fmt: skip
     found = asked_blocks(task, contexts, names)
     return tuple(_over_period(blocks, grid, robot) for blocks in found)
+
+
+_BUILT_IN = frozenset(one.name for one in CONSTRAINTS)
+
+
+def _on_grid(
+    blocks: tuple[ConstraintBlock, ...], robot: Robot, task: Task, grid: Grid
+) -> tuple[ConstraintBlock, ...]:
+    """Return the rows of a step on another grid: made anew where they depend on the instants.
+
+    Those of a constraint of one's own may do so in any way.
+    """
+    known = {one.name: on for one in blocks if one.name in _BUILT_IN and (on := one.on(grid))}
+    others = [one.name for one in blocks if one.name not in known]
+    known |= {one.name: one for one in constraint_blocks(robot, task, grid, others)}
+    return tuple(known[one.name] for one in blocks)
 
 
 def asked_blocks(

@@ -522,8 +522,9 @@ def _own(constraints: object) -> tuple[Constraint, ...]:
         names.append(one.name)
         margins += declared_margins(one)
     for kind, known in (("constraint", names), ("margin", margins)):
-        if twice := {name for name in known if known.count(name) > 1}:
-            raise InputError(f"two {kind}s are called '{sorted(twice)[0]}'; rename one")
+        if len(set(known)) < len(known):
+            twice = min(name for name in known if known.count(name) > 1)
+            raise InputError(f"two {kind}s are called '{twice}'; rename one")
     for one in given:
         check_relaxation(one, declared_margins(Margins), names)
     return given
