@@ -116,7 +116,6 @@ def test_facts_of_other_kinds_are_told(robot):
     gait = sample_gait()
     for make, said in (
         (lambda: Entries(3, 12), "Entries: chosen is 3; give a slice, as slice(2, 3)"),
-        (lambda: Entries(slice(3), 12, "x"), "factor is 'x'; give a number or an array of numbers"),
         (lambda: MotorTable(["knee"]), "give a tuple or a list of Drive"),
         (lambda: Robot("robot.urdf"), "give a Robot, as Robot.from_urdf('robot.urdf')"),
         (lambda: replace(gait, multibody=robot), "Gait: multibody is <Robot"),
@@ -125,6 +124,8 @@ def test_facts_of_other_kinds_are_told(robot):
     ):
         with pytest.raises(OptionError, match=re.escape(said)):
             make()
+    with pytest.raises(InputError, match="the factor of Entries is 'x'; give an array of real"):
+        Entries(slice(3), 12, "x")
     assert Entries(slice(3), np.int64(12), 2).factor == 2  # other numbers are numbers
     assert MotorTable([]).drives == ()
 
