@@ -231,6 +231,9 @@ def _at_extremes(
     """
     extremes = [one for one in extremes if np.isfinite(one.margin)]
     left, held = list(active), []
+    instants: dict[tuple[str, int, bool], list[float]] = {}
+    for one in extremes:
+        instants.setdefault(_row_of(one), []).append(one.instant)
     vanishing: dict[tuple[str, int, bool], float] = {}
     for one in extremes:
         end = np.abs(fine.edges - one.instant).min()
@@ -239,8 +242,7 @@ def _at_extremes(
             continue  # held near the end at which it vanishes
         if end < DELTA:
             continue  # held at an end
-        rivals = [e.instant for e in extremes if _row_of(e) == _row_of(one)]
-        near = [row for row in left if _belongs(row, one, rivals)]
+        near = [row for row in left if _belongs(row, one, instants[_row_of(one)])]
         left = [row for row in left if row not in near]
         bent = one.curvature > LEAST_BEND and np.abs(fine.breaks - one.instant).min() > DELTA
         pressure = sum(row.multiplier for row in near)
@@ -292,8 +294,8 @@ def _belongs(row: ActiveRow, extreme: Extreme, rivals: Sequence[float]) -> bool:
         return False
     distance = abs(row.instant - extreme.instant)
     side = row.multiplier == 0.0 or (row.multiplier > 0.0) == extreme.upper
-    nearest = distance <= min(abs(row.instant - rival) for rival in rivals)
-    return side and nearest and distance <= SAME_PEAK
+    near = side and distance <= SAME_PEAK
+    return near and distance <= min(abs(row.instant - rival) for rival in rivals)
 
 
 class _Stage:

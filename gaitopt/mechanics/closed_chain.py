@@ -17,7 +17,7 @@ as they are told, after the stance leg's in u and after the legs' in q.
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -26,7 +26,14 @@ from numpy.typing import NDArray
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix
+from gaitopt.mechanics.spatial import (
+    apply,
+    cross_force,
+    force_cross_matrix,
+    motion_cross_matrix,
+    solve,
+    symmetric,
+)
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -119,7 +126,7 @@ class ClosedChain:
             J = pin.computeJointJacobians(model, data, self._q)[:, TWIST : TWIST + q.size]
             at = pin.updateFramePlacement(model, data, self._frame)
             gap = pin.log6(sole * at.inverse()).vector
-            step = np.linalg.solve(J[:, LAST], gap)
+            step = solve(J[:, LAST], gap)
             largest = float(np.abs(step).max())
             if not np.isfinite(largest):
                 break
@@ -281,29 +288,22 @@ class ClosedMotion:
         local = np.zeros((len(w), 3 * n, 3 * n))
         own = [local[:, n * i : n * i + n, n * j : n * j + n] for i in range(3) for j in range(3)]
         qq, qv, qa, vq, vv, _, aq, _, _ = own
-        pair, triple, four = nested(self.axes, l2, 4)
-        single, twice, _ = nested(self.axes, l1, 3)
-        qq += 0.5 * _both(nested(self.axes, l0, 2)[0])  # what S' l_0 . ddq is along a line
-        qq += apply_last(twice, dq) + apply_last(triple, ddq)
-        qq += np.einsum("nklim,ni,nm->nkl", four, dq, dq)
-        qv += single + apply_last(triple, dq) + np.einsum("nkij,ni->nkj", triple, dq)
+        zeroth, first, second = (Brackets(self.axes, force) for force in (l0, l1, l2))
+        qq += 0.5 * _both(zeroth.pairs)  # what S' l_0 . ddq is along a line
+        qq += first.ended(dq) + second.ended(ddq) + second.ended_twice(dq)
+        qv += first.pairs + second.ended(dq) + second.begun(dq)
         vq += qv.swapaxes(1, 2)
-        vv += _both(pair)
-        qa += pair
-        aq += pair.swapaxes(1, 2)
+        vv += _both(second.pairs)
+        qa += second.pairs
+        aq += second.pairs.swapaxes(1, 2)
         along = self._of_chain
         H = along.swapaxes(1, 2) @ local @ along
         count = len(w)
         targets = np.broadcast_to(self.targets, (count, *self.targets.shape))
-        placed = 0.5 * _both(nested(targets, l0, 2)[0])
+        placed = 0.5 * _both(Brackets(targets, l0).pairs)
         quantities = slice(3 * (n - TWIST), None)
         H[:, quantities, quantities] -= self.drive.T @ placed @ self.drive
         return np.asarray(H)
-
-
-def apply_last(tensors: Array, vectors: Array) -> Array:
-    """Return tensors (N, ..., m) summed with vectors (N, m) over the last axis."""
-    return np.asarray(np.einsum("n...m,nm->n...", tensors, vectors))
 
 
 def _vjp(force: Array, slopes: Array) -> Array:
@@ -316,51 +316,53 @@ def _both(upper: Array) -> Array:
     return np.asarray(upper + upper.swapaxes(1, 2))
 
 
-def nested(axes: Array, force: Array, depth: int) -> tuple[Array, Array, Array]:
-    """Return a force on nested brackets of axes: of two, three and four, in the joints' order.
+class Brackets:
+    """A force on nested brackets of axes, in the order of their joints.
 
-    The entry of (k, m) is force . (S_k x S_m) for k < m, that of (k, i, m) is
-    force . (S_a x (S_b x S_m)) with a <= b the sorted k and i, for b < m; (k, l, i, m) likewise;
-    all others are 0. They are the derivatives of force . S_m in q_k, (q_k, q_i), (q_k, q_l, q_i).
+    The derivatives of force . S_m in q_k, (q_k, q_i), (q_k, q_l, q_i) are force . (S_k x S_m),
+    force . (S_a x (S_b x S_m)) with a <= b the sorted k and i, and so on, where m is beyond all of
+    them; else 0. Summed with rates of joints they are products of sums over the axes before and
+    beyond a joint, by (a x b) x c = a x (b x c) - b x (a x c).
 
-    Args:
+    Args of the constructor:
         axes: in the world, shape (N, m, 6).
         force: a force [N, N·m], or weights of motions, shape (N, 6).
-        depth: 2, 3 or 4: of more axes, nothing is returned.
     """
-    m = axes.shape[1]
-    none = np.zeros(0)
-    across = motion_cross_matrix(axes)
-    first = np.einsum("ne,naef->naf", force, across)
-    pairs = first @ axes.swapaxes(1, 2)
-    two, three, four = _orders(m)
-    pair = pairs * two
-    if depth == 2:
-        return pair, none, none
-    second = np.einsum("nae,nbef->nabf", first, across)
-    triples = second @ axes.swapaxes(1, 2)[:, None]
-    (a, b), mask = three
-    triple = triples[:, a, b] * mask
-    if depth == 3:
-        return pair, triple, none
-    third = np.einsum("nabe,ncef->nabcf", second, across)
-    fours = third @ axes.swapaxes(1, 2)[:, None, None]
-    (a, b, c), mask = four
-    return pair, triple, fours[:, a, b, c] * mask
 
+    def __init__(self, axes: Array, force: Array) -> None:
+        self._axes, self._force = axes, force
+        self._across = motion_cross_matrix(axes)
+        self._first = (force[:, None, None] @ self._across)[:, :, 0]  # force . (S_k x .)
 
-_Sorted = tuple[tuple[NDArray[np.int_], ...], NDArray[np.bool_]]
+    @cached_property
+    def pairs(self) -> Array:
+        """Of two axes, shape (N, m, m)."""
+        return np.triu(self._first @ self._axes.swapaxes(1, 2), 1)
 
+    def ended(self, rates: Array) -> Array:
+        """Of three, the last summed with rates (N, m), shape (N, m, m), symmetric."""
+        inner = apply(self._across, _beyond(self._axes, rates))
+        return symmetric(self._first @ inner.swapaxes(1, 2))
 
-@lru_cache(maxsize=8)
-def _orders(m: int) -> tuple[NDArray[np.bool_], _Sorted, _Sorted]:
-    """Return where brackets of m axes are not 0, and the sorted numbers of their outer axes."""
-    last = np.arange(m)
-    found = []
-    for outer in (2, 3):
-        grids = np.sort(np.stack(np.meshgrid(*[last] * outer, indexing="ij")), axis=0)
-        found.append((tuple(grids), grids[-1][..., None] < last))
-    return last[:, None] < last, found[0], found[1]
+    def begun(self, rates: Array) -> Array:
+        """Of three, one before the last summed with rates (N, m), shape (N, m, m)."""
+        before = motion_cross_matrix(_before(self._axes, rates))
+        inner = apply(before, self._axes)
+        both = self._turned(inner) @ self._axes.swapaxes(1, 2)
+        return np.triu(both + self._first @ inner.swapaxes(1, 2), 1)
+
+    def ended_twice(self, rates: Array) -> Array:
+        """Of four, the last and one before it summed with rates, shape (N, m, m), symmetric."""
+        before = _before(self._axes, rates)
+        inner = apply(self._across, _beyond(self._axes, rates))
+        until = motion_cross_matrix(before + self._axes * rates[..., None])
+        outer = apply(until, inner) + apply(self._across, _beyond(inner, rates))
+        turned = self._turned(apply(motion_cross_matrix(before), self._axes))
+        return symmetric(turned @ inner.swapaxes(1, 2) + self._first @ outer.swapaxes(1, 2))
+
+    def _turned(self, inner: Array) -> Array:
+        """Return force . (inner x .), shape (N, m, 6)."""
+        return np.asarray((self._force[:, None, None] @ motion_cross_matrix(inner))[:, :, 0])
 
 
 @dataclass(frozen=True)
@@ -401,7 +403,7 @@ class FrontFoot:
         """
         axes, force = self.closed.axes, self.force
         *_, in_world = self._in_x(geometry, by_x)
-        moments = np.asarray(nested(axes, force, 2)[0].swapaxes(1, 2))
+        moments = Brackets(axes, force).pairs.swapaxes(1, 2)
         return np.concatenate([in_world, axes @ in_world + moments @ angles], axis=1)
 
     def hessian(
@@ -417,8 +419,7 @@ class FrontFoot:
         """
         axes, targets, force = self.closed.axes, self.closed.targets, self.force
         e = weights[:, TWIST:]
-        _, triple, _ = nested(axes, force, 3)
-        bent = apply_last(triple, e)  # in the angles
+        bent = Brackets(axes, force).ended(e)  # in the angles
         c = weights[:, :TWIST] + (e[..., None] * axes).sum(axis=1)
         # d c / d q_k = S_k x sum over m > k of e_m S_m
         of_c = apply(motion_cross_matrix(axes), _beyond(axes, e))  # (M, n, 6)

@@ -9,7 +9,7 @@ from synthetic_bipeds import synthetic
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.gait.double_support import SWING_SOLE_CHAIN, drive, place
 from gaitopt.gait.parameters import FOOT_SPACING, FOOT_YAW, STEP_LENGTH
-from gaitopt.mechanics.closed_chain import FREE, ClosedChain, ClosedMotion, nested
+from gaitopt.mechanics.closed_chain import FREE, Brackets, ClosedChain, ClosedMotion
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross_motion
 
@@ -105,17 +105,29 @@ def test_curvature(chain, at, order):
 
 
 def test_nested_brackets_are_those_of_the_sorted_axes(rng):
-    axes, force = rng.normal(size=(2, 5, 6)), rng.normal(size=(2, 6))
-    pair, triple, four = nested(axes, force, 4)
-    S = axes[1]
-    assert pair[1, 1, 3] == pytest.approx(force[1] @ cross_motion(S[1], S[3]))
-    assert pair[1, 3, 1] == 0.0
-    inner = cross_motion(S[2], S[4])
-    assert triple[1, 2, 0, 4] == triple[1, 0, 2, 4]
-    assert triple[1, 0, 2, 4] == pytest.approx(force[1] @ cross_motion(S[0], inner))
-    assert triple[1, 0, 4, 2] == 0.0
-    twice = cross_motion(S[0], cross_motion(S[1], inner))
-    assert four[1, 2, 0, 1, 4] == four[1, 1, 2, 0, 4] == pytest.approx(force[1] @ twice)
+    m, rates = 5, rng.normal(size=(2, 5))
+    axes, force = rng.normal(size=(2, m, 6)), rng.normal(size=(2, 6))
+
+    def entry(*numbers):
+        """Of the first axes in their order and the last one, which must be beyond them."""
+        *outer, last = numbers
+        if max(outer) >= last:
+            return 0.0
+        bracket = axes[1, last]
+        for number in sorted(outer, reverse=True):
+            bracket = cross_motion(axes[1, number], bracket)
+        return force[1] @ bracket
+
+    two, three, four = (np.zeros((m,) * k) for k in (2, 3, 4))
+    for table in (two, three, four):
+        for numbers in np.ndindex(table.shape):
+            table[numbers] = entry(*numbers)
+    found, r = Brackets(axes, force), rates[1]
+    np.testing.assert_allclose(found.pairs[1], two, atol=1e-12)
+    np.testing.assert_allclose(found.ended(rates)[1], three @ r, atol=1e-12)
+    np.testing.assert_allclose(found.begun(rates)[1], np.einsum("kij,i->kj", three, r), atol=1e-12)
+    summed = np.einsum("klij,i,j->kl", four, r, r)
+    np.testing.assert_allclose(found.ended_twice(rates)[1], summed, atol=1e-12)
 
 
 def test_a_robot_whose_swing_leg_does_not_follow_is_refused():
