@@ -23,7 +23,7 @@ from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.contact import Schedule
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, did_you_mean, own_code
-from gaitopt.gait.functions import Entries, QuantityFunction
+from gaitopt.gait.functions import QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.terrain import Level, Terrain
@@ -330,9 +330,11 @@ class ConstraintBlock:
         Args:
             values: of every quantity, shape (K, entries).
         """
-        if len(self.reads) > 1 or self.lower.shape != values[self.reads[0]].shape:
+        chosen = self.function.as_they_are
+        if chosen is None or len(self.reads) > 1:
             return False
-        return isinstance(self.function, Entries) and self.function.identity
+        shape = values[self.reads[0]].shape
+        return self.lower.shape == shape and chosen.indices(shape[1]) == (0, shape[1], 1)
 
     @cached_property
     def where(self) -> NDArray[np.int_] | slice:

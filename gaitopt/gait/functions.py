@@ -24,6 +24,11 @@ from gaitopt.settings import checked_facts
 class QuantityFunction(ABC):
     """A function from the entries of quantities at an instant (e,) to rows (r,)."""
 
+    @property
+    def as_they_are(self) -> slice | None:
+        """The entries that its rows are, unchanged; None where they are something else."""
+        return None
+
     @abstractmethod
     def value(self, quantity: Array) -> Array:
         """Return the rows (K, r) of quantities (K, e)."""
@@ -151,9 +156,8 @@ class Entries(QuantityFunction):
         return isinstance(self.factor, float) and self.factor == 1.0
 
     @property
-    def identity(self) -> bool:
-        """Whether its rows are all entries as they are, in order."""
-        return self.plain and self.chosen.indices(self.count) == (0, self.count, 1)
+    def as_they_are(self) -> slice | None:
+        return self.chosen if self.plain else None
 
     def value(self, quantity: Array) -> Array:
         check_width(self.count, quantity, "Entries of {}")
@@ -191,6 +195,11 @@ class ByStep(QuantityFunction):
 
     functions: tuple[QuantityFunction, ...]
     ends: tuple[int, ...]
+
+    @property
+    def as_they_are(self) -> slice | None:
+        first = self.functions[0].as_they_are
+        return first if all(one.as_they_are == first for one in self.functions) else None
 
     def value(self, quantity: Array) -> Array:
         return np.concatenate([f.value(q) for f, q in self._parts(quantity)])

@@ -283,7 +283,7 @@ class WalkProblem(NLP):
     def _together(self, derivatives: tuple[StepDerivatives, ...]) -> Jacobians:
         """Return the Jacobians of the quantities of the whole, from those of its steps."""
         if isinstance(self.layout, StrideLayout):
-            return Jacobians(stride_jacobians(self.layout, derivatives, self.task.pace), {})
+            return stride_jacobians(self.layout, derivatives, self.task.pace)
         return derivatives[0].jacobians
 
     def _derivatives(self, x: Array) -> _Derivatives:

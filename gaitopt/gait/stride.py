@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import accumulate
@@ -39,6 +39,7 @@ from gaitopt.gait.parameters import (
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.task import Task
+from gaitopt.gait.walk_point import Jacobians, Stacked
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -332,13 +333,15 @@ class Stride(Steps):
         return np.array([[0.5 * (d + d2), 0.5 * (s2 - s), T, d]])
 
 
-def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]:
+def side_by_side(
+    each: Sequence[dict[Quantity, Array]], left_out: Collection[Quantity] = ()
+) -> dict[Quantity, Array]:
     """Return quantities (K, entries) of steps one after another, or their Jacobians.
 
     A quantity without entries in some of them, as the wrench on a second foot that stands, is 0.
     """
     found = {}
-    for what in quantities.ALL:
+    for what in (what for what in quantities.ALL if what not in left_out):
         parts, width = [one[what] for one in each], max(one[what].shape[1] for one in each)
         found[what] = np.concatenate(
             [
@@ -352,11 +355,21 @@ def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]
 _ADVANCE = (GEOMETRY_NAMES.index("step_length"), FOOT_SPACING, DURATION)
 
 
+def joined_jacobians(derivatives: Sequence[StepDerivatives]) -> Jacobians:
+    """Return the derivatives of the quantities of steps one after another, (K, entries, P) each."""
+    each = [one.jacobians for one in derivatives]
+    products = {
+        what: Stacked(tuple(part for one in each for part in one.products[what].each))
+        for what in each[0].products
+    }
+    return Jacobians(side_by_side(each, products), products)
+
+
 def stride_jacobians(
     layout: StrideLayout, derivatives: Sequence[StepDerivatives], pace: float
-) -> dict[Quantity, Array]:
+) -> Jacobians:
     """Return the derivatives of the quantities of a stride in x, (K, entries, P) each."""
-    found = side_by_side([one.jacobians for one in derivatives])
+    found = joined_jacobians(derivatives)
     d, s, T = ([_along(layout, k, GEOMETRY_NAMES[row]) for k in range(2)] for row in _ADVANCE)
     found[quantities.ADVANCE] = np.array([[0.5 * (d[0] + d[1]), 0.5 * (s[1] - s[0]), T[0], d[0]]])
     found[quantities.TRAVEL] = np.array([[2.0 * pace * T[0], 2.0 * T[0]]])

@@ -58,7 +58,7 @@ from gaitopt.gait.shift_step import SIZE as SHIFT_SIZE
 from gaitopt.gait.shift_step import Shift, ShiftStepModel, shift_names, shift_scale, while_shifting
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_model import Ends, Landing, Opening, StepModel
-from gaitopt.gait.stride import Steps, StepsLayout, joined_blocks, side_by_side
+from gaitopt.gait.stride import Steps, StepsLayout, joined_blocks, joined_jacobians
 from gaitopt.gait.task import Task
 from gaitopt.gait.walk_point import Jacobians
 from gaitopt.mechanics.impact import ImpactState
@@ -353,7 +353,7 @@ class TransitionProblem(WalkProblem):
         return TransitionSteps(x, steps, float(self.transition.finish.geometry[STEP_LENGTH]))
 
     def _together(self, derivatives: tuple[StepDerivatives, ...]) -> Jacobians:
-        found = Jacobians(side_by_side([one.jacobians for one in derivatives]), {})
+        found = joined_jacobians(derivatives)
         found[quantities.TRAVEL] = np.zeros((1, 2, self.layout.size))
         for number, model in enumerate(self.models):
             length, lasts = model.along("step_length"), model.along("duration")

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.dataclass import dataclass
-from gaitopt.gait.functions import Entries
 from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.nlp import Array, Indices, Point, Values
@@ -91,6 +90,11 @@ class Product:
     per_unit: Array | None = None
 
     @property
+    def each(self) -> tuple[Product, ...]:
+        """It alone, as of `Stacked`."""
+        return (self,)
+
+    @property
     def whole(self) -> Array:
         """The derivatives, shape (K, r, P)."""
         found = self.local.jacobian @ self.angles
@@ -137,17 +141,45 @@ class Product:
         return instants, local if self.per_unit is None else local * self.per_unit[entries, None]
 
 
+@dataclass(frozen=True)
+class Stacked:
+    """Products of steps, the rows of each after those of the one before."""
+
+    each: tuple[Product, ...]
+
+    @property
+    def whole(self) -> Array:
+        """The derivatives, shape (K, r, P)."""
+        return np.concatenate([one.whole for one in self.each])
+
+    @property
+    def finite(self) -> bool:
+        """Whether every derivative is a finite number, as of `Product`."""
+        return all(one.finite for one in self.each)
+
+    def __getitem__(self, rows: Indices) -> Array:
+        """Return some rows by their numbers, ascending (k,), shape (k, P)."""
+        first = np.cumsum([0, *map(len, self.each)])
+        cuts = pairwise(rows.searchsorted(first).tolist())
+        found = zip(self.each, cuts, first.tolist()[:-1], strict=True)
+        return np.concatenate([one[rows[slice(*cut)] - start] for one, cut, start in found])
+
+    def __matmul__(self, step: Array) -> Array:
+        """Return the change of all rows along a step (P,), shape (K r,)."""
+        return np.concatenate([one @ step for one in self.each])
+
+
 class Jacobians(dict[Quantity, Array]):
     """Derivatives of quantities in x, shape (K, entries, P) each; products are formed when read."""
 
     def __init__(
-        self, formed: Mapping[Quantity, Array], products: Mapping[Quantity, Product]
+        self, formed: Mapping[Quantity, Array], products: Mapping[Quantity, Product | Stacked]
     ) -> None:
         """Take tables, and of other quantities products."""
         super().__init__(formed)
         self.products = products
 
-    def kept(self, what: Quantity) -> Array | Product:
+    def kept(self, what: Quantity) -> Array | Product | Stacked:
         """Return the derivatives of a quantity as they are kept, shape (K, entries, P)."""
         product = self.products.get(what)
         return self[what] if product is None else product
@@ -187,16 +219,18 @@ class RowSlopes:
             | None
         ) = blocks, per_units, values, jacobians
         self._edges, self._width = edges, per_units[0].shape[1]
-        self._found: dict[int, Table | Product] = {}
+        self._found: dict[int, Table | Product | Stacked] = {}
+        self._parts: list[Table | Product] = []
         self._last: tuple[Indices, Array] | None = None
         self.asked = False  # whether someone asked for all rows
 
     def form(self) -> None:
         """Form all rows at once, which is cheaper than some first."""
         if self._of is not None:
-            parts = _all_rows(self._edges, *self._of)
-            self._found, self._of = dict(enumerate(parts)), None  # which holds the memory of others
-            self._edges = np.cumsum([0, *map(len, parts)])
+            self._parts = _all_rows(self._edges, *self._of)
+            self._found = dict(enumerate(self._parts))
+            self._of = None  # which holds the memory of others
+            self._edges = np.cumsum([0, *map(len, self._parts)])
 
     @property
     def parts(self) -> list[Table | Product]:
@@ -206,7 +240,7 @@ class RowSlopes:
         """
         self.form()
         self.asked = True
-        return list(self._found.values())
+        return self._parts
 
     def __getitem__(self, rows: Indices) -> Array:
         """Return some rows by their numbers, ascending (k,), shape (k, P)."""
@@ -219,7 +253,7 @@ class RowSlopes:
             self._last = rows, table
         return self._last[1]
 
-    def _part(self, number: int) -> Table | Product:
+    def _part(self, number: int) -> Table | Product | Stacked:
         if self._of is not None and number not in self._found:
             blocks, _, values, jacobians = self._of
             self._found[number] = _rows_of(blocks[number], values, jacobians)
@@ -263,7 +297,9 @@ class RowSlopes:
         blocks, _, _, jacobians = self._of
         reads = dict.fromkeys(one for block in blocks for one in block.reads)
         sources = map(jacobians.kept, reads)
-        return all((one if isinstance(one, Product) else Table(one)).finite for one in sources)
+        return all(
+            Table(one).finite if isinstance(one, np.ndarray) else one.finite for one in sources
+        )
 
     @property
     def whole(self) -> Array:
@@ -292,19 +328,21 @@ def _all_rows(
         if first < start:
             found.append(Table(table[first:start]))
         first = end
-        found.append(_rows_of(block, values, jacobians))
+        rows = _rows_of(block, values, jacobians)
+        found += rows.each if isinstance(rows, Stacked) else (rows,)
     return [*found, Table(table[first:])] if first < len(table) else found
 
 
 def _rows_of(
     block: ConstraintBlock, values: Mapping[Quantity, Array], jacobians: Jacobians
-) -> Table | Product:
+) -> Table | Product | Stacked:
     """Return the rows of one constraint, gaps and entries of quantities as they are."""
     product, per_unit = jacobians.products.get(block.reads[0]), 1.0 / block.scale
     if product is not None and block.whole(values):
-        return replace(product, per_unit=per_unit)
-    if isinstance(block.function, Entries) and block.function.plain:
-        return Table(block.take(jacobians)[:, block.function.chosen], per_unit)
+        return Stacked(tuple(replace(one, per_unit=per_unit) for one in product.each))
+    chosen = block.function.as_they_are
+    if chosen is not None:
+        return Table(block.take(jacobians)[:, chosen], per_unit)
     return Table(block.function.chained(block.take(values), block.take(jacobians)), per_unit)
 
 

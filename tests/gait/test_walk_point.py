@@ -16,6 +16,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import humanoid_task, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.terrain import Profile, Terrain
+from gaitopt.gait.walk_point import Product
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Point
@@ -103,6 +104,29 @@ def test_large_tables_left_as_they_are_give_the_same_rows(point, rng, monkeypatc
     for some in (None, rows):
         told = point.most_change(scale, some)
         np.testing.assert_allclose(large.most_change(scale, some), told, rtol=1e-12, atol=1e-12)
+
+
+def test_a_stride_keeps_the_products_of_both_steps(rng):
+    task = humanoid_task(walk().robot, speed=0.6, samples=7, turn_rate=0.3)
+    problem = WalkProblem(walk().robot, task)
+    scale, rows = problem.variables.scale, problem.rows.lower.size
+    point = problem.point(first_guess(problem) + 0.05 * scale * rng.normal(size=scale.size))
+    kept = [part for part in point.slopes.parts if isinstance(part, Product)]
+    assert len(kept) == 4  # gaps of legs and of arms, of two steps
+    anew = WalkProblem(walk().robot, task).point(point.x)
+    some = np.sort(rng.choice(rows, 300, replace=False))
+    few, change = anew.slopes[some], anew.slopes @ scale
+    assert anew.finite
+    np.testing.assert_allclose(few, point.jacobian[some], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(change, point.jacobian @ scale, atol=1e-10)
+    gaps = problem.rows_of("arm gap")
+    np.testing.assert_allclose(
+        anew.slopes[np.arange(gaps.start, gaps.stop)], point.jacobian[gaps], atol=1e-12
+    )
+    check_jacobian(
+        lambda d: problem.values(point.x + d).rows[gaps],
+        point.jacobian[gaps], np.zeros(scale.size), scale=scale,
+    )  # fmt: skip
 
 
 def test_numbers_that_are_none_are_seen(point):
