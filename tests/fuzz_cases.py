@@ -482,9 +482,30 @@ def _try_robot(path: Path | str, choices, number: int, outcome: Outcome) -> None
             outcome.findings.append(f"message: {str(error)[:300]!r}")
         return
     outcome.result += ", a biped"
+    if number % 11 == 0:
+        _saved_and_read(robot, outcome)
     if number % 53 == 0:
         _short_design(robot)
         outcome.result += ", a short design"
+
+
+def _saved_and_read(robot, outcome: Outcome) -> None:
+    """What is designed for a robot must be read again."""
+    from first_walks import first_walk
+
+    from gaitopt import load_gait, save_gait
+
+    try:
+        gait = first_walk(robot)
+    except GaitoptError as error:
+        outcome.message = str(error)
+        return
+    path = save_gait(gait, Path("walk.npz"))
+    try:
+        load_gait(path)
+    except GaitoptError as error:
+        outcome.findings.append(f"a walk that is not read: {error}")
+    path.unlink()
 
 
 def _short_design(robot) -> None:

@@ -15,7 +15,7 @@ from os.path import realpath
 from pathlib import Path, PurePosixPath
 from types import ModuleType
 from typing import Any, cast
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, tostring
 
 import numpy as np
 
@@ -42,6 +42,7 @@ EXTRA = "mujoco"
 _OLDEST_MUJOCO = (3, 10)
 _MOST_COPIES = 10_000  # of an element: <replicate> and <composite> nest, and multiply
 _MOST_INCLUDE_LEVELS = 10  # levels of included files; more is a circle
+_MOST_LEVELS = 300  # of elements in elements; robots have some thirty, MuJoCo reads 500
 _MOST_RESERVED = 1e6  # of what <size> and <texture> reserve
 _VECTORS = {
     "pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fromto", "size", "scale",
@@ -165,18 +166,30 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
         try:
             # MuJoCo keeps the directory as it is written, and may be asked from another one later.
             load = mujoco.MjSpec.from_string if path is None else mujoco.MjSpec.from_file
-            spec = load(text if path is None else realpath(path))
-            spec.memory = -1  # of simulations, which may ask for more than there is
-            _without_pictures(spec)
-            scene, touching = _without_scene(spec)
-            files, lost = _place_meshes(mujoco, spec, tree, paths)
-            model = spec.compile()
-        except (ValueError, RuntimeError, IndexError, KeyError, TypeError, mujoco.FatalError) as e:
+            spec, model, *found = _built(
+                mujoco, load(text if path is None else realpath(path)), tree, paths
+            )
+        except _refused(mujoco) as e:
             _check_words(said, tree)
-            raise _refusal(str(e), tree) from None
+            raise _refusal(mujoco, str(e), tree, paths) from None
     _check_words(said, tree)
+    files, lost, scene, touching = found
     meshes = _meshes(mujoco, spec, model, files)
     return Compilation(mujoco, model, meshes, lost, tuple(dict.fromkeys(said)), scene, touching)
+
+
+def _refused(mujoco: ModuleType) -> tuple[type[Exception], ...]:
+    """Return the exceptions by which MuJoCo refuses a file."""
+    return (ValueError, RuntimeError, IndexError, KeyError, TypeError, mujoco.FatalError)
+
+
+def _built(mujoco: ModuleType, spec: Any, tree: XmlTree, paths: MeshPaths) -> tuple[Any, ...]:
+    """Return specification and model; files of meshes, those lost, names of the scene, touching."""
+    spec.memory = -1  # of simulations, which may ask for more than there is
+    _without_pictures(spec)
+    scene, touching = _without_scene(spec)
+    files, lost = _place_meshes(mujoco, spec, tree, paths)
+    return spec, spec.compile(), files, lost, scene, touching
 
 
 def element_named(tree: XmlTree, tag: str, name: str) -> Element | None:
@@ -410,14 +423,11 @@ def _check_words(said: list[str], tree: XmlTree) -> None:
     raise RobotError(f"MuJoCo warns: {said[0]} Correct it")
 
 
-def _refusal(message: str, tree: XmlTree) -> RobotError:
+def _refusal(mujoco: ModuleType, message: str, tree: XmlTree, paths: MeshPaths) -> RobotError:
     """Return MuJoCo's refusal, with the place at which the element stands."""
-    place = (
-        _NAMED_PLACE.search(message)
-        or _TAGGED_PLACE.search(message)
-        or _PARSER_PLACE.search(message)
-    )
+    place = _place(message)
     words = message if place is None else message[: place.start()]
+    told = None if place is None else _asked_again(mujoco, words, tree, paths)
     words = " ".join(words.split())
     while (short := _ERROR_PREFIX.sub("", words)) != words:
         words = short
@@ -426,7 +436,7 @@ def _refusal(message: str, tree: XmlTree) -> RobotError:
     if _MISSING_NAME.search(words):
         words += " (of files that are made to be included, give the one that includes them)"
     parts = {} if place is None else place.groupdict()
-    element = _element(tree, parts, words)
+    element = _element(tree, parts, words) if told is None else told
     if element is not None:
         if (named := _ATTRIBUTE.search(words)) and (text := element.get(named[1])) is not None:
             words += f" (it is '{printable(text)}')"
@@ -434,6 +444,35 @@ def _refusal(message: str, tree: XmlTree) -> RobotError:
     line = parts.get("line")
     at = f"{where(int(line))}: " if line and int(line) else ""
     return RobotError(f"{at}MuJoCo refuses the file: {words}; {advice}")
+
+
+def _asked_again(mujoco: ModuleType, words: str, tree: XmlTree, paths: MeshPaths) -> Element | None:
+    """Return the element that MuJoCo refuses in the same words if each has a line of its own.
+
+    It tells elements by their lines, and many may share one, or stand in an included file.
+    """
+    apart = tree.copy()
+    for element in apart.root.iter():
+        element.text = element.tail = "\n"
+    text = tostring(apart.root, encoding="unicode")
+    try:
+        _built(mujoco, mujoco.MjSpec.from_string(text), tree, paths)
+    except RobotError:  # a mesh that it did not come to
+        return None
+    except _refused(mujoco) as error:
+        place = _place(str(error))
+        if place is None or str(error)[: place.start()] != words or not place["line"]:
+            return None
+        again = parse_xml(text)
+        pairs = zip(tree.root.iter(), again.root.iter(), strict=True)
+        return next((old for old, new in pairs if again.line(new) == int(place["line"])), None)
+    return None
+
+
+def _place(message: str) -> re.Match[str] | None:
+    """Find where in the file it is what a message of MuJoCo's is about."""
+    ways = (_NAMED_PLACE, _TAGGED_PLACE, _PARSER_PLACE)
+    return next((found for way in ways if (found := way.search(message))), None)
 
 
 def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element | None:
@@ -458,11 +497,13 @@ def whole_mjcf(tree: XmlTree, base: Path | None) -> XmlTree:
     Included files are looked up from `base`; text alone, without one, includes nothing.
 
     Raises:
-        RobotError: an included file cannot be read, or includes itself.
+        RobotError: an included file cannot be read, or includes itself, or elements nest too deep.
     """
+    _check_levels(tree)
     whole = tree.copy()
     root = whole.root
     _include(whole, root, base, 0)
+    _check_levels(whole)
     for section in list(root):
         first = root.find(section.tag)
         if first is not None and first is not section:
@@ -470,6 +511,21 @@ def whole_mjcf(tree: XmlTree, base: Path | None) -> XmlTree:
             first.attrib.update(section.attrib)
             root.remove(section)
     return whole
+
+
+def _check_levels(tree: XmlTree) -> None:
+    """Refuse elements in elements in elements, of which neither MuJoCo nor Python takes any number.
+
+    Raises:
+        RobotError: naming the first that lies too deep.
+    """
+    level = [tree.root]
+    for _ in range(_MOST_LEVELS):
+        level = [below for element in level for below in element]
+    if level:
+        raise NamedElement(tree, level[0]).refusal(
+            f"it lies in {_MOST_LEVELS} other elements; fewer are read; nest them less"
+        )
 
 
 def _include(whole: XmlTree, parent: Element, base: Path | None, depth: int) -> None:
@@ -500,5 +556,6 @@ def _included(whole: XmlTree, element: Element, base: Path | None, depth: int) -
         raise RobotError(f"{at}: {error}") from None
     found = parse_xml(text, f"the included file '{name}'")
     found.files.update(dict.fromkeys(found.lines, name))
+    _check_levels(found)
     _include(found, found.root, base, depth + 1)
     return found

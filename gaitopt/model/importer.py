@@ -36,6 +36,8 @@ from gaitopt.model.joint_limits import JointLimits, joint_limits
 from gaitopt.model.kinematic_tree import LOOP, LegJoints, PosedModel, pose_model
 from gaitopt.model.leg_detection import (
     LegPair,
+    named_feet,
+    no_legs,
     number_word,
     speaks_for_other_side,
     standing_side,
@@ -361,7 +363,12 @@ def _heading_with_feet(
     shapes = _shapes(source, posed, pair, choices)
     feet = [None if shape is None else shape.points for shape in shapes]
     lines = [leg_lines(posed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
-    heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
+    try:
+        heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
+    except RobotError as fault:
+        if choices.forward is not None or named_feet(posed.model, choices) is not None:
+            raise
+        raise no_legs(posed, (pair.legs[0][-1], pair.legs[1][-1]), fault) from None
     if heading.right == 1:
         pair, shapes = replace(pair, legs=(pair.legs[1], pair.legs[0])), shapes[::-1]
     return pair, heading, shapes

@@ -124,7 +124,7 @@ def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None)
         try:
             return _checked(posed, ends, axis, trim=True)
         except RobotError as fault:
-            raise _no_legs(posed, ends, fault) from None
+            raise no_legs(posed, ends, fault) from None
     if feet is not None:
         return _checked(posed, feet, axes[0], trim=False)
     mirrored = (pair for pair in _leg_like(posed) if mirror_normal(posed, pair) is not None)
@@ -514,8 +514,8 @@ def _no_pair(posed: PosedModel) -> RobotError:
     )
 
 
-def _no_legs(posed: PosedModel, ends: tuple[int, int], fault: RobotError) -> RobotError:
-    """Return the error for a robot whose lowest pair of chains cannot be its legs."""
+def no_legs(posed: PosedModel, ends: tuple[int, int], fault: RobotError) -> RobotError:
+    """Return the error for a robot whose lowest pair of chains, by their ends, may be no legs."""
     names = _quoted(posed, ends)
     if fingers := _as_fingers(posed, ends):
         return _unequal(posed) or RobotError(

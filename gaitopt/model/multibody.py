@@ -421,14 +421,26 @@ def checked_multibody(body: Multibody) -> Multibody:
     refuse("a body has a mass below 0", body.mass < 0.0)
     if not body.mass.sum() > 0.0:
         raise RobotError("the robot of the gait is not one: it has no mass")
-    moments = np.linalg.eigvalsh(body.inertia)  # a rod's least one is 0 but for rounding
-    below = moments[:, 0] < -_RIGID * np.abs(moments).max(axis=1, initial=0.0)
-    refuse("the inertia should be positive", below)
     try:
         _ = body.model
     except RuntimeError as error:  # Pinocchio judges the inertias
         raise RobotError(f"the robot of the gait is not one: {error}") from error
+    moments = np.linalg.eigvalsh([np.array(own.inertia) for own in _walking_bodies(body)])
+    # A rod's least moment is 0 but for rounding.
+    below = moments[:, 0] < -_RIGID * np.abs(moments).max(axis=1, initial=0.0)
+    refuse("the inertia should be positive", below)
     return body
+
+
+def _walking_bodies(body: Multibody) -> list[pin.Inertia]:
+    """Return the base and the bodies of joints that move, each with all that is locked to it.
+
+    These alone are judged when a file of a robot is read: part of one may be no body by itself.
+    """
+    model, still = body.model, np.setdiff1d(np.arange(len(body.joint_names)), body.driven)
+    q = np.concatenate([pin.neutral(model)[:7], body.posture])
+    reduced = pin.buildReducedModel(model, (still + 2).tolist(), q)
+    return list(reduced.inertias)[1:]
 
 
 def _placements(

@@ -391,8 +391,10 @@ def common_rectangle(
     edges = _common(boxes)
     if not _has_area(edges):
         raise RobotError(
-            "the soles of the two feet, mirrored onto each other, have nothing in common; "
-            "give the sole rectangle (--sole) and sole_drop in the file for --choices"
+            "the soles of the two feet, mirrored onto each other, have nothing in common: the "
+            f"right one {_reach(boxes[0])} (forward and left), the left one then "
+            f"{_reach(boxes[1])}; correct the shapes of the feet, or give the sole rectangle "
+            "(--sole) and sole_drop in the file for --choices"
         )
     how, share = seen[0][0].how, min(sole.share for sole, _, _ in seen)
     others = []
@@ -402,6 +404,12 @@ def common_rectangle(
         if _has_area(other):
             others.append((name, Rectangle(*other, how)))
     return Rectangle(*edges, how, tuple(doubts), share, tuple(others))
+
+
+def _reach(box: Array) -> str:
+    """Say where the edges of a box lie."""
+    toe, heel, left, right = (f"{1e3 * float(edge):.0f}" for edge in box[:4])
+    return f"lies at x {heel} to {toe} mm and y {right} to {left} mm"
 
 
 def _has_area(box: Edges | _Box) -> bool:

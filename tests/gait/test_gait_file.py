@@ -10,11 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from first_walks import first_walk
 from gait_archives import changed, documented, holds_what_is_documented, written
+from humanoids import add_arms
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from places import CASES, DOCS
 from sample_gait import bare_gait, sample_gait
+from urdf_edits import edited_urdf
 
 from gaitopt.atomic import write_atomically
 from gaitopt.design.audit import audit
@@ -215,6 +218,20 @@ def test_a_file_that_holds_no_gait_is_refused(path, changes, reason):
     with pytest.raises(GaitFileError, match=reason) as caught:
         load_gait(rewritten(path, **changes))
     assert str(path) in str(caught.value)
+
+
+def test_a_locked_arm_may_have_an_inertia_that_no_body_has(tmp_path):
+    """As Digit's elbows: only with the trunk is it a body, and the walk a file that is read."""
+
+    def edit(root):
+        add_arms(2)(root)
+        for side in ("left", "right"):
+            root.find(f"link[@name='{side}_arm_1']/inertial/inertia").set("ixx", "-0.001")
+
+    gait = first_walk(Robot.from_urdf(edited_urdf(edit)))
+    assert np.linalg.eigvalsh(gait.multibody.inertia).min() < -9e-4
+    again = load_gait(save_gait(gait, tmp_path / "gait.npz"))
+    assert np.array_equal(again.multibody.inertia, gait.multibody.inertia)
 
 
 @pytest.fixture(scope="module")

@@ -265,6 +265,36 @@ def test_damage_is_refused_in_words_at_its_line(sound, name, capfd):
     assert capfd.readouterr().err == ""
 
 
+def without_place(error):
+    return re.sub(r"^line \d+( of '[^']*')?: |(?<=, )line \d+", "", str(error))
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_damage_is_told_of_the_same_element_where_lines_do_not_tell(sound, tmp_path, name):
+    """All of the file on one line, or in another file: MuJoCo says where by lines alone."""
+    text = edited(sound, DAMAGE[name][0])
+    (tmp_path / "robot.xml").write_text(text)
+    whole = tmp_path / "whole.xml"
+    whole.write_text("<mujoco><include file='robot.xml'/></mujoco>")
+    refusals = []
+    for robot in (text, " ".join(text.splitlines()), whole):
+        with pytest.raises(RobotError) as refusal:
+            Robot.from_urdf(robot)
+        refusals.append(without_place(refusal.value))
+    assert refusals == refusals[:1] * 3
+
+
+@pytest.mark.parametrize(("levels", "read"), [(280, True), (300, False), (100_000, False)])
+def test_elements_in_elements_are_read_as_deep_as_a_robot_may_need(sound, levels, read):
+    deep = "<body>" * levels + "</body>" * levels
+    text = sound.replace("</worldbody>", f"{deep}\n</worldbody>")
+    if read:
+        assert read_source(text).model().nq
+        return
+    with pytest.raises(RobotError, match=r"line \d+: <body>: it lies in 300 other elements"):
+        read_source(text)
+
+
 def test_the_command_line_refuses_it_in_the_same_words(sound, tmp_path):
     path = tmp_path / "damaged.xml"
     path.write_text(edited(sound, joint(range="0 2_6")), encoding="utf-8")

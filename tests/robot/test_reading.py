@@ -109,8 +109,22 @@ def test_without_any_sign_forward_is_x_by_convention():
     found = Robot.from_urdf(edited_urdf(unclear))
     assert found.choices.forward == "x"
     assert "warning: front and back cannot be told apart" in said(found, "heading")
-    with pytest.raises(RobotError, match=r"front and back cannot be told apart: .*say where the"):
-        Robot.from_urdf(edited_urdf(edits(unclear, new_root("0 0 1.0"))))
+    askew = edited_urdf(edits(unclear, new_root("0 0 1.0")))
+    untold = "front and back cannot be told apart: .*say where the robot looks [^;]*"
+    chains = "; the chains to '(left|right)_sole' and .* taken for legs, as they reach lowest; .*"
+    with pytest.raises(RobotError, match=f"^{untold}{chains}$"):
+        Robot.from_urdf(askew)
+    with pytest.raises(RobotError, match=f"^{untold}$"):  # nothing was taken for anything
+        Robot.from_urdf(askew, choices=ImportOptions(feet=("right_foot", "left_foot")))
+
+
+def test_soles_beside_the_feet_are_told_with_their_places(robot):
+    """As iCub's in pyCub, whose plates begin at the same corner on both sides."""
+    aside = feet('<box size="0.2 0.03 0.02"/>', "0.05 0.036 -0.07")
+    hip = abs(robot.legs.stance_width) / 2.0 * 1e3
+    right, left = (f"y {-hip + y - 15:.0f} to {-hip + y + 15:.0f} mm" for y in (36, -36))
+    with pytest.raises(RobotError, match=f"nothing in common: .*{right} .*the left one .*{left};"):
+        Robot.from_urdf(edited_urdf(aside))
 
 
 def test_forward_must_be_level_and_across_the_hips(robot):
