@@ -14,7 +14,7 @@ from dataclasses import Field, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
 from inspect import getattr_static
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -382,6 +382,7 @@ class Constraint(ABC):
         couplings: margin that multiplies a row of another constraint -> its name and the sign, as
             friction multiplies the load.
         change: scaled change of its limits that matters to a person.
+        paced: whether its rows depend on speed, duration or turn of the walk.
     """
 
     name: str
@@ -392,6 +393,7 @@ class Constraint(ABC):
     margins: tuple[str, ...] = ()
     couplings: Mapping[str, tuple[str, float]] = MappingProxyType({})
     change: float = 1.0
+    paced: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         check_settings(self)

@@ -578,7 +578,7 @@ class LiftOff(Constraint):
 class _LeastHeight(Constraint):
     """While the swing foot is aloft, its corners keep a least height that depends on the time."""
 
-    reads = (quantities.CORNERS,)
+    reads, paced = (quantities.CORNERS,), True
     label: ClassVar = "height"
     share: ClassVar = 1.0  # of what matters of heights
 
@@ -687,7 +687,7 @@ class WalkingSpeed(Constraint):
     """Eq. (39): V T - d = 0; of a stride of two steps the same forward and to the left."""
 
     name, equation, unit, words = "walking speed", "(39)", "m", "walking speed"
-    reads, change = (quantities.TRAVEL,), 0.1
+    reads, change, paced = (quantities.TRAVEL,), 0.1, True
 
     def asked(self, context: ConstraintContext) -> bool:
         return context.speed_as == "constraint"
@@ -708,7 +708,7 @@ class Tread(Constraint):
     """In a stride over ground that repeats with the steps, either step is as long as the other."""
 
     name, equation, unit, words = "tread", "(39)", "m", "length of the first step"
-    reads, change = (quantities.ADVANCE,), 0.1
+    reads, change, paced = (quantities.ADVANCE,), 0.1, True
 
     def asked(self, context: ConstraintContext) -> bool:
         return context.steps > 1 and context.terrain.shaped
@@ -788,7 +788,7 @@ class SwingTilt(Constraint):
     """
 
     name, equation, unit, words = "swing tilt", "3.2", "rad", "tilt of the swing foot"
-    reads, margins = (quantities.CORNERS,), ("swing_tilt",)
+    reads, margins, paced = (quantities.CORNERS,), ("swing_tilt",), True
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         limit = context.margins.swing_tilt or 0.0
@@ -809,7 +809,7 @@ class SwingHeight(Constraint):
     """Beyond 3.2.3: the swing foot's corners stay below a height."""
 
     name, equation, unit, words = "swing height", "3.2", "m", "height of the swing foot"
-    reads, margins = (quantities.CORNERS,), ("swing_height",)
+    reads, margins, paced = (quantities.CORNERS,), ("swing_height",), True
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         function, points = _above_ground(context)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
+from types import MappingProxyType
 from typing import TypeVar
 
 import numpy as np
@@ -98,6 +99,7 @@ class WalkProblem(NLP):
     thread: not to be used by two threads.
     """
 
+    blocks: tuple[ConstraintBlock, ...]
     edges: Array = STRIDE_EDGES
     """Shares of the period at which its steps begin and end, shape (steps + 1,)."""
     given: Ends | None = None
@@ -141,10 +143,12 @@ class WalkProblem(NLP):
         if like is not None:
             layout, self.variables = like.layout, like.variables
         self.layout: Layout | StepsLayout = layout or walk_layout(robot, task)
-        if like is None or task.steps > 1:
-            self.blocks = constraint_blocks(robot, task, self.grid)
-        else:
-            self.blocks = _on_grid(like.blocks, robot, task, self.grid)
+        known = {}
+        if like is not None:
+            known = {b.name: on for b in like.blocks if (on := b.on(self.grid))}
+        elif neighbour is not None and self._limits_as(neighbour):
+            known = {b.name: b for b in neighbour.blocks if b.name not in _PACED}
+        self.blocks = constraint_blocks(robot, task, self.grid, known=known)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self._set_up(task.speed if task.steps == 1 else task.pace, penalty)  # along the path
         if neighbour is not None and self._steps_as(neighbour):
@@ -187,6 +191,17 @@ class WalkProblem(NLP):
         self.rows, self._row_scales = Rows(lower / scales, upper / scales), scales
         self._edges = np.cumsum([0, *(block.size for block in self.blocks)])
         self._slices = [slice(*cut) for cut in pairwise(self._edges.tolist())]
+
+    def _limits_as(self, other: WalkProblem) -> bool:
+        """Whether limits are those of another walk, but for what depends on the walk's pace."""
+        mine, its = self.task, other.task
+        return (
+            self.robot is other.robot
+            and (mine.margins, mine.speed_as, mine.boundary, mine.steps)
+            == (its.margins, its.speed_as, its.boundary, its.steps)
+            and (mine.schedule, mine.ground) == (its.schedule, its.ground)
+            and np.array_equal(self.grid.instants, other.grid.instants)
+        )
 
     def _steps_as(self, other: WalkProblem) -> bool:
         """Whether each x is the same step as in another walk."""
@@ -525,13 +540,22 @@ MakeProgress = Callable[[WalkProblem], ProgressCallback]
 """Makes the progress callback of a walk, whose rows it can name."""
 
 
+_PACED = frozenset(one.name for one in CONSTRAINTS if one.paced)
+
+
 def constraint_blocks(
-    robot: Robot, task: Task, grid: Grid, names: Container[str] | None = None
+    robot: Robot,
+    task: Task,
+    grid: Grid,
+    names: Container[str] | None = None,
+    known: Mapping[str, ConstraintBlock] = MappingProxyType({}),
 ) -> tuple[ConstraintBlock, ...]:
     """Return the rows of every constraint that a task asks for, its own ones last.
 
     Args:
         names: of the constraints that are wanted; None for all.
+        known: rows that are at hand, by the names of their constraints, of walks of one step. Only
+            those of built-in ones are used: one's own may depend on anything.
 
     Raises:
         InputError: the rows of a constraint of the task's own do not fit together, or a terrain of
@@ -547,40 +571,29 @@ def constraint_blocks(
         )
         for own in (parts(grid, STRIDE_EDGES, task.schedule.changes) if task.steps > 1 else [grid])
     ]  # fmt: skip
-    found = asked_blocks(task, contexts, names)
+    found = asked_blocks(task, contexts, names, known if task.steps == 1 else {})
     return tuple(_over_period(blocks, grid, robot) for blocks in found)
 
 
-_BUILT_IN = frozenset(one.name for one in CONSTRAINTS)
-
-
-def _on_grid(
-    blocks: tuple[ConstraintBlock, ...], robot: Robot, task: Task, grid: Grid
-) -> tuple[ConstraintBlock, ...]:
-    """Return the rows of a step on another grid: made anew where they depend on the instants.
-
-    Those of a constraint of one's own may do so in any way.
-    """
-    known = {one.name: on for one in blocks if one.name in _BUILT_IN and (on := one.on(grid))}
-    others = [one.name for one in blocks if one.name not in known]
-    known |= {one.name: one for one in constraint_blocks(robot, task, grid, others)}
-    return tuple(known[one.name] for one in blocks)
-
-
 def asked_blocks(
-    task: Task, contexts: Sequence[ConstraintContext], names: Container[str] | None = None
+    task: Task,
+    contexts: Sequence[ConstraintContext],
+    names: Container[str] | None = None,
+    known: Mapping[str, ConstraintBlock] = MappingProxyType({}),
 ) -> Iterator[list[ConstraintBlock]]:
     """Yield the rows over each of several steps of every constraint asked for, own ones last.
 
     Args:
         contexts: of each of them.
-        names: of the constraints that are wanted; None for all.
+        names, known: as of `constraint_blocks`.
 
     Raises:
         InputError: the rows of a constraint of the task's own do not fit together.
     """
     for one in CONSTRAINTS:
-        if (names is None or one.name in names) and one.asked(contexts[0]):
+        if one.name in known:
+            yield [known[one.name]]
+        elif (names is None or one.name in names) and one.asked(contexts[0]):
             yield [one.block(context) for context in contexts]
     for own in (*task.cost.constraints, *task.constraints):
         if (names is None or own.name in names) and _asked(own, contexts[0]):

@@ -254,3 +254,52 @@ def test_added_instants_are_constrained_too(robot):
     assert sizes["torque"] == sizes["cop"] == 32
     assert sizes["clearance"] == 30
     assert problem.blocks[0].times[-1] == 0.123
+
+
+MANY = {
+    "torque_limit": 80.0, "friction": 0.5, "torsional_friction": 0.02, "swing_tilt": 0.3,
+    "swing_height": 0.2, "landing_speed": 0.3, "landing_impulse": 1.0, "liftoff_speed": -0.1,
+    "trunk_yaw": 0.2, "leg_gap": 0.01, "leg_extension": 0.95, "impulse_cop": True,
+}  # fmt: skip
+SHAPES = (
+    {},
+    {"double_support": 0.05},
+    {"toe_off": 0.7, "heel_strike": 0.2},
+    {"stairs": 0.1},
+    {"stride": True},
+    {"turn_rate": 0.3},
+)
+
+
+def same_rows(one, other):
+    """Check that two blocks hold the same rows, to the last digit."""
+    for name in ("name", "labels", "contacts", "reads", "ends"):
+        assert getattr(one, name) == getattr(other, name)
+    assert repr(one.function) == repr(other.function)
+    for name in ("lower", "upper", "scale", "instants", "times"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_rows_on_another_grid_are_those_made_anew(robot, shape):
+    before = WalkProblem(robot, preset_task("standard", **MANY, **shape))
+    grid = before.grid.with_instants(np.array([0.0123, 0.35, 0.777]))
+    moved, anew = before.with_grid(grid), WalkProblem(robot, before.task, grid)
+    assert len(moved.blocks) == len(anew.blocks) > 15
+    for one, other in zip(moved.blocks, anew.blocks, strict=True):
+        same_rows(one, other)
+    np.testing.assert_array_equal(moved.rows.lower, anew.rows.lower)
+    np.testing.assert_array_equal(moved.variables.scale, anew.variables.scale)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_rows_beside_a_neighbour_are_those_made_anew(robot, shape):
+    """One that is told apart by its pace alone lends its rows; `paced` says which it may not."""
+    before = WalkProblem(robot, preset_task("standard", **MANY, **shape))
+    paces = [{"speed": 0.83}, {"duration": 0.47}, {"speed": 0.7, "duration": 0.5}]
+    turns = [] if "stairs" in shape else [{"turn_rate": 0.3}]
+    for changes in (*paces, *turns, {"friction": 0.4}):
+        task = before.task.with_changes(**changes)
+        beside, anew = WalkProblem(robot, task, neighbour=before), WalkProblem(robot, task)
+        for one, other in zip(beside.blocks, anew.blocks, strict=True):
+            same_rows(one, other)
