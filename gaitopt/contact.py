@@ -20,11 +20,13 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, own_code
 from gaitopt.model.sole import Sole
 from gaitopt.nlp import Array
+from gaitopt.settings import checked_facts
 
 if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class Hinge:
     """A line of the sole that rests on the ground and about which the foot turns.
@@ -114,6 +116,7 @@ class FlatFoot(ContactMode):
         return np.ones(4, dtype=np.bool_)
 
 
+@checked_facts
 @dataclass(frozen=True)
 class ToeLine(ContactMode):
     """The front edge of the sole rests on the ground and the foot turns about it, the heel rising.
@@ -137,6 +140,7 @@ class ToeLine(ContactMode):
         return np.array([True, True, False, False])
 
 
+@checked_facts
 @dataclass(frozen=True)
 class HeelLine(ContactMode):
     """The rear edge of the sole rests on the ground and the foot turns about it, the toe rising.
@@ -286,6 +290,7 @@ class PhaseEnd(Enum):
     both stand from then on."""
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Phase:
     """A part of a step in which the stance foot keeps one contact; the other foot swings.
@@ -336,6 +341,7 @@ class LegExchange(Symmetry):
         return robot.mirror
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Schedule:
     """What happens in a step, and what comes after it.

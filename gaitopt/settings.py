@@ -307,7 +307,7 @@ def _check_number(name: str, value: Any, said: Mapping[str, Any]) -> None:
     elif least is not None and value < least:
         must = "not be negative" if least == 0.0 else f"be at least {least:g}"
     elif most is not None and value > most:
-        must = f"be at most {most:g}{degrees}"
+        must = f"be at most {most:g}{unit and ' '}{unit}{degrees}"
     else:
         return
     given = f"{shown(value)} {'' if value is None else unit}".rstrip()
@@ -360,7 +360,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def checked_facts(kind: Kind) -> Kind:
     """Let a dataclass with arrays refuse names and kinds of values, as `checked`; return it.
 
-    What it is given stays as it is: arrays do not become lists.
+    Arrays do not become lists, but lists of numbers become arrays where one is wanted.
     """
     return checked(kind, arrays=True)
 
@@ -388,6 +388,8 @@ def checked(
     def init(self: Any, *args: Any, **values: Any) -> None:
         if not arrays:
             args, values = plain(args), plain(values)
+        elif not {list, tuple, float, int}.isdisjoint(map(type, (*args, *values.values()))):
+            args, values = _with_arrays(kind, args, values)
         try:
             made(self, *args, **values)
         except OptionError:
@@ -396,12 +398,63 @@ def checked(
             _check_names(kind, made, args, values, elsewhere)
             if kinds:
                 _check_kinds(kind, self)
+            if arrays:
+                _check_arrays(kind, self)
             raise error
         if kinds:
             _check_kinds(kind, self)
+        if arrays:
+            _check_arrays(kind, self)
 
     type.__setattr__(kind, "__init__", init)
     return kind
+
+
+def _with_arrays(
+    kind: type, args: tuple[Any, ...], values: dict[str, Any]
+) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    """Return arguments of a dataclass with arrays for numbers and lists of them, where wanted."""
+    import numpy
+
+    wanted, names = _array_fields(kind), [one.name for one in fields(kind) if one.init]
+
+    def made(name: str, value: Any) -> Any:
+        if name in wanted and isinstance(value, list | tuple | Real):
+            with suppress(ValueError):  # rows of different lengths: refused as they are
+                return numpy.array(value)
+        return value
+
+    named = [*names[: len(args)], *[""] * (len(args) - len(names))]
+    return (
+        tuple(map(made, named, args)),
+        {name: made(name, value) for name, value in values.items()},
+    )
+
+
+def _check_arrays(kind: type, one: object) -> None:
+    for name in _array_fields(kind):
+        value = getattr(one, name, None)
+        numeric = getattr(getattr(value, "dtype", None), "kind", "O") in "fiub"
+        if not (value is None or isinstance(value, Real) or numeric):
+            raise OptionError(
+                f"{kind.__name__}: {name} is {shown(value)}; give an array of numbers"
+            )
+
+
+@cache  # there are as many as the program has
+def _array_fields(kind: type) -> frozenset[str]:
+    """Return which fields of a dataclass are arrays, or else numbers or None."""
+    others = {"array", float, NoneType}
+    return frozenset(
+        name for name, (hint, _) in _hints(kind).items() if "array" in _kinds_of(hint) <= others
+    )
+
+
+def _kinds_of(hint: Any) -> set[Any]:
+    kind = get_origin(hint) or hint
+    if kind in (Union, UnionType):
+        return {one for part in get_args(hint) for one in _kinds_of(part)}
+    return {"array" if getattr(kind, "__module__", "") == "numpy" else kind}
 
 
 _PLAIN = frozenset((float, int, bool, str, NoneType))
@@ -494,9 +547,16 @@ def _hint(annotation: Any) -> _Hint:
 
 @cache  # there are as many as the program has
 def _hints(kind: type) -> dict[str, _Hint]:
-    """Return of which kinds the values of the fields may be."""
-    hints = get_type_hints(kind)
-    return {one.name: _hint(hints[one.name]) for one in fields(kind)}
+    """Return of which kinds the values of fields may be, but for those that type checkers know."""
+    hints = dict[str, Any]()
+    for one in fields(kind):
+        home = next(base for base in kind.__mro__ if one.name in inspect.get_annotations(base))
+        with suppress(NameError):
+            hints |= get_type_hints(
+                SimpleNamespace(__annotations__={one.name: one.type}),
+                vars(sys.modules[home.__module__]),
+            )
+    return {name: _hint(one) for name, one in hints.items()}
 
 
 @cache  # there are as many as the program has
@@ -531,6 +591,7 @@ _EXAMPLES = {
     "ImportOptions": "ImportOptions(...), or choices_from_toml('choices.toml')",
     "MotorTable": "a MotorTable, as read_motors('motors.toml')",
     "Trajectory": "a Trajectory: .trajectory of a Gait",
+    "ContactMode": "an instance of a ContactMode, as FlatFoot()",
     "ndarray": "an array of numbers",
     "slice": "a slice, as slice(2, 3) of one entry",
 }

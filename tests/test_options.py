@@ -53,6 +53,9 @@ from gaitopt import (
     write_spec,
 )
 from gaitopt.actuators.motors import Drive, Motor
+from gaitopt.contact import HeelLine, Phase, Schedule, ToeLine
+from gaitopt.design.certificate import RefereeVerdict, WorstRow
+from gaitopt.design.codesign import Study, Variable, WalkCase
 from gaitopt.errors import InputError, OptionError, RobotError, did_you_mean
 from gaitopt.gait.trajectory import FootTurning, StepSequence, TrajectoryPhase
 from gaitopt.gait.transition import Transition, WeightShift
@@ -60,6 +63,9 @@ from gaitopt.model.import_options import InertiaOverride, LimitOverride, Payload
 from gaitopt.model.multibody import Multibody
 from gaitopt.motions.motion import motion
 from gaitopt.settings import _argument_kinds, checked_arguments
+from gaitopt.simulate.battery import Check
+from gaitopt.simulate.disturbance import Disturbance, Push, SensorNoise, StartError
+from gaitopt.simulate.walk import WalkOptions
 from gaitopt.solvers import SLSQP, SQP, Ipopt, TrustConstr, TwoStageSQP
 from gaitopt.sweep import parse_axis, sweep
 
@@ -98,9 +104,13 @@ def test_what_is_no_option_is_told(make, said):
     assert isinstance(told.value, TypeError)  # which programs may catch
 
 
-OURS = {"Audit", "Certificate", "ConstraintContext", "Design", "Plan"}  # which nobody else makes
+OURS = {"ConstraintContext"}  # which nobody else makes
 MADE = [getattr(gaitopt, name) for name in gaitopt.__all__ if name not in OURS]
-PARTS = Motor, Drive, Multibody, Transition, WeightShift, FootTurning, TrajectoryPhase, StepSequence
+PARTS = (
+    Motor, Drive, Multibody, Transition, WeightShift, FootTurning, TrajectoryPhase, StepSequence,
+    Phase, Schedule, ToeLine, HeelLine, RefereeVerdict, WorstRow,
+    Variable, WalkCase, Study, Push, SensorNoise, StartError, Disturbance, Check, WalkOptions,
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", [*filter(is_dataclass, MADE), *PARTS])
@@ -124,10 +134,41 @@ def test_facts_of_other_kinds_are_told(robot):
     ):
         with pytest.raises(OptionError, match=re.escape(said)):
             make()
-    with pytest.raises(InputError, match="the factor of Entries is 'x'; give an array of real"):
+    with pytest.raises(InputError, match="Entries: factor is 'x'; give a number or an array"):
         Entries(slice(3), 12, "x")
     assert Entries(slice(3), np.int64(12), 2).factor == 2  # other numbers are numbers
     assert MotorTable([]).drives == ()
+
+
+ROW = [0.1, 0.2, 0.3]
+
+
+def test_lists_are_the_arrays_that_facts_want(robot):
+    body = robot.multibody
+    same = replace(body, mass=body.mass.tolist(), axis=body.axis.tolist())
+    assert repr(same) == repr(body)
+    assert same.axis.shape == body.axis.shape
+    assert not same.mass.flags.writeable
+    for make, said in (
+        (lambda: replace(body, mass=[1.0]), r"mass has shape (1,); with 12 joints give (13,)"),
+        (lambda: replace(body, mass=3.0), "Multibody: mass has shape ()"),
+        (lambda: replace(body, axis=ROW), "axis has shape (3,); with 12 joints give (12, 3)"),
+        (
+            lambda: replace(body, damping=ROW),
+            "damping has shape (3,); with 12 joints give (12, any)",
+        ),
+        (lambda: replace(body, inertia=[["a"]]), "Multibody: inertia has shape (1, 1)"),
+        (
+            lambda: replace(body, mass=[[1.0], 2.0]),
+            "mass is [[1.0], 2.0]; give an array of numbers",
+        ),
+        (lambda: Entries(slice(2), 3, [1.0, "a"]), "Entries: factor is "),
+        (lambda: Schedule(3), "Schedule: phases is 3; give a tuple or a list of Phase"),
+        (lambda: Disturbance(mass="much"), "Disturbance: mass is 'much'; give a number"),
+        (lambda: Disturbance(push=3.0), "Disturbance: push is 3.0; give Push or None"),
+    ):
+        with pytest.raises(OptionError, match=re.escape(said)):
+            make()
 
 
 def test_the_advice_works():

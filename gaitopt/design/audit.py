@@ -25,13 +25,14 @@ from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array, kkt_residual
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked_arguments, checked_facts
 from gaitopt.tolerances import OPTIMALITY, SAME
 
 ROBOT_FACTS = ("robot", "mass", "leg_length", "physics", "sole", "limits")
 _FACTS = (*ROBOT_FACTS, "cost", "step_length", "duration")
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Audit:
     """What is left of a gait file when everything in it is computed again.

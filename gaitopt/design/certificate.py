@@ -45,13 +45,14 @@ from gaitopt.mechanics.single_support import standing_robot
 from gaitopt.model.robot import Robot
 from gaitopt.model.sole import sole_edge_speeds
 from gaitopt.nlp import Array, Residual, kkt_residual
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked_arguments, checked_facts
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE
 
 LEAST = 1e-3  # share of a quantity's natural size below which differences are relative to that
 
 
+@checked_facts
 @dataclass(frozen=True)
 class RefereeVerdict:
     """Disagreements; relative ones to the largest entry of what is compared.
@@ -287,6 +288,7 @@ def _apart(a: Array, b: Array, size: float) -> float:
 _INSIDE = 1e-6  # of the step: nearest to its ends that a constraint which leaves them out is told
 
 
+@checked_facts
 @dataclass(frozen=True)
 class WorstRow:
     """The row of a constraint that comes nearest to its limit, or exceeds it most.
@@ -319,6 +321,7 @@ class WorstRow:
         return f"{self.row}{when}: {self.value:.5g} {self.unit}, allowed {self.limit:.5g}"
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Certificate:
     """What was checked and what came out.

@@ -55,7 +55,7 @@ from gaitopt.model.import_options import (
 )
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array, Solution, Start, Status, Stop, never
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked, checked_arguments
 from gaitopt.solvers.hessian import damped_bfgs
 from gaitopt.solvers.sqp import SQP
 
@@ -87,6 +87,7 @@ _INNER = 1e-8  # tolerance of the walks: their errors are second order in it
 _CRAWLS = 80  # iterations of a warm walk that has lost its branch
 
 
+@checked
 @dataclass(frozen=True)
 class Variable:
     """A number of the robot that is chosen.
@@ -142,6 +143,7 @@ class Variable:
         return "" if self.of_gear else PARAMETERS[self.name].unit
 
 
+@checked
 @dataclass(frozen=True)
 class WalkCase:
     """One of the walks that the robot is designed for.
@@ -208,6 +210,7 @@ class CoDesign:
         return sum(trial.evaluations for trial in self.trials)
 
 
+@checked
 @dataclass(frozen=True)
 class Study:
     """The question of a co-design.

@@ -47,6 +47,7 @@ from gaitopt.nlp import (
     kkt_residual,
     worst_violation,
 )
+from gaitopt.settings import checked_facts
 from gaitopt.solvers import FiniteDifferenceNLP
 from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import FEASIBLE, OPTIMALITY
@@ -143,6 +144,7 @@ ROUND = 70
 round that crawls is better followed by another, at whose instants it often does not."""
 
 
+@checked_facts
 @dataclass(frozen=True)
 class Design:
     """A gait with how it was found.

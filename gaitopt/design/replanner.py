@@ -22,7 +22,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Solution, Start, Status, Stop, never, stopping
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked_arguments, checked_facts
 
 ANSWERED, LATE, NONE = "optimal at the samples", "late", "no walk"
 NEARLY = 1e-3
@@ -30,6 +30,7 @@ NEARLY = 1e-3
 walk: where tasks come faster than answers, each would else begin as far away as the one before."""
 
 
+@checked_facts
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What came of replanning.

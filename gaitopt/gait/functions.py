@@ -141,7 +141,9 @@ class Entries(QuantityFunction):
     def __post_init__(self) -> None:
         if isinstance(self.factor, float):  # as of nearly all
             return
-        factor = real_array(self.factor, "the factor of Entries")
+        factor = np.asarray(self.factor)
+        if factor.dtype.kind not in "fiub":
+            return  # refused, as it is of another kind
         rows = len(range(*self.chosen.indices(self.count)))
         if factor.ndim and factor.shape != (rows,):
             raise InputError(

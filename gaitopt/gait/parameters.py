@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 from functools import cached_property
-from math import isfinite
+from math import isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -394,5 +394,7 @@ def _check_quantity(q: GeometricParameter) -> None:
         )
     if not isfinite(q.value):
         raise InputError(f"{q.name} is {q.value} {q.unit}; it must be a finite number")
+    if q.unit == "rad" and abs(q.value) > pi:
+        raise InputError(f"{q.name} is {q.value:g} rad; give at most half a turn, {pi:.5g} rad")
     if not (isfinite(q.scale) and q.scale > 0.0):
         raise InputError(f"{q.name}: scale is {q.scale} {q.unit}; it must be above 0")

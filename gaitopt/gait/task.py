@@ -64,6 +64,10 @@ WIDEST = 0.1
 """Strip at the toe or heel that bears while it turns [m]: a longer one is a sole of its own."""
 HIGHEST = 0.5
 """Of a tread over the one before [m]: no leg of a walk lifts its foot higher."""
+LONGEST = 1000.0
+"""Duration of a step [s]: two thousand times that of a person's."""
+SLOWEST = 1e-5
+"""Speed below which a walk is one in place [m/s]: its cost per metre is all that it does there."""
 FARTHEST = 0.6
 """Turn of a walk in one step [rad]: the hips of few robots turn their feet farther."""
 STEEPEST = 1.0
@@ -131,7 +135,7 @@ class Task:
         0.0, "Rate at which the walk turns, to the left above zero.", "rad/s", common=True
     )
     stride: bool = entry(False, "Design both steps of a stride, not one and its mirror image.")
-    duration: float = entry(0.4, "Duration of a step.", "s", above=0.0, common=True)
+    duration: float = entry(0.4, "Duration of a step.", "s", above=0.0, most=LONGEST, common=True)
     postures: int = entry(
         2, "Postures inside the step that the splines of the joints pass through."
     )
@@ -222,6 +226,12 @@ class Task:
             )
         if self.terrain is not None:
             _check_terrain(self.terrain)
+        if 0.0 < self.pace < SLOWEST:
+            name = "lateral_speed" if self.speed == 0.0 else "speed"
+            raise InputError(
+                f"{name} is {getattr(self, name):g} m/s; it must be 0, for a walk in place, or at "
+                f"least {SLOWEST:g} m/s in size"
+            )
         self._check_stride()
         self._check_ground()
         uniform_grid(self.samples, self.quadrature)  # refuses numbers of samples it cannot use
@@ -375,7 +385,12 @@ class Task:
 
     @checked_arguments
     def at_share_of_speed(self, share: float) -> Task:
-        """Return the same walk at a share of its speeds and of its turn rate."""
+        """Return the same walk at a share of its speeds and of its turn rate.
+
+        One that would be slower than `SLOWEST` is the walk itself.
+        """
+        if 0.0 < share * self.pace < SLOWEST:
+            return self
         return replace(
             self,
             speed=share * self.speed,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gaitopt.bounds import NUMBER, fixed
 from gaitopt.dataclass import dataclass, made_anew
-from gaitopt.errors import RobotError
+from gaitopt.errors import OptionError, RobotError
 from gaitopt.importers.physics import LEAST_MULTIPLIER, MOST_COEFFICIENT, MOST_POWER
 from gaitopt.importers.pinocchio_model import joint_coordinate, joint_motions, reduced, rigid_body
 from gaitopt.model.chain import RootedChain
@@ -47,6 +47,16 @@ def protect(one: Any) -> None:
                 object.__setattr__(one, name, value)
         elif is_dataclass(value):
             protect(value)
+
+
+_OF_JOINTS: dict[str, tuple[int, ...] | None] = {
+    "parent": (), "revolute": (), "placement": (4, 4), "axis": (3,), "posture": (), "armature": (),
+    "friction": (), "damping": None, "stiffness": None, "rest": (),
+}  # fmt: skip
+_OF_BODIES = {
+    "mass": (), "centre": (3,), "inertia": (3, 3), "carried_mass": (), "carried_moment": (3,)
+}  # fmt: skip
+"""Arrays of a `Multibody` of M joints and M + 1 bodies, and shapes of an entry; None for any."""
 
 
 @checked_facts
@@ -123,6 +133,14 @@ class Multibody:
     tie_bend: Array = field(default_factory=lambda: np.zeros((0, MOST_POWER - 1)))
 
     def __post_init__(self) -> None:
+        joints = len(self.joint_names)
+        for name, entry in {**_OF_JOINTS, **_OF_BODIES}.items():
+            shape, count = getattr(self, name).shape, joints + (name in _OF_BODIES)
+            if shape[:1] != (count,) or entry not in (None, shape[1:]):
+                wanted = f"({count}, any)" if entry is None else (count, *entry)
+                raise OptionError(
+                    f"Multibody: {name} has shape {shape}; with {joints} joints give {wanted}"
+                )
         protect(self)
 
     __reduce__ = made_anew

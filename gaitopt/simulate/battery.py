@@ -24,6 +24,7 @@ from gaitopt.design.walkability import (
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.settings import checked
 from gaitopt.simulate.disturbance import NONE, Disturbance, Push, SensorNoise, StartError
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
 from gaitopt.simulate.whole_body import whole_body_walks
@@ -39,6 +40,7 @@ HARDEST = 1.2  # m/s, impulse over mass: beyond it nobody stays on their feet
 HALVED = 0.5  # of the designed speed: below, a robot no longer walks the gait
 
 
+@checked
 @dataclass(frozen=True)
 class Check:
     """A disturbance with its name and what in a gait it tries.

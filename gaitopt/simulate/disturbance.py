@@ -13,9 +13,11 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
+from gaitopt.settings import checked
 from gaitopt.simulate.mujoco_model import SimulatedRobot
 
 
+@checked
 @dataclass(frozen=True)
 class Push:
     """A force on the pelvis, midway between the hips.
@@ -33,6 +35,7 @@ class Push:
     duration: float = 0.05
 
 
+@checked
 @dataclass(frozen=True)
 class SensorNoise:
     """Standard deviations of white noise, drawn anew at each tick.
@@ -51,6 +54,7 @@ class SensorNoise:
     velocity: float = 0.02
 
 
+@checked
 @dataclass(frozen=True)
 class StartError:
     """Standard deviations of the joints at the start; the first sole stands where it should.
@@ -63,6 +67,7 @@ class StartError:
     rate: float = 0.05
 
 
+@checked
 @dataclass(frozen=True)
 class Disturbance:
     """Everything that the controller is not told.

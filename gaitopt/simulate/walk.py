@@ -19,7 +19,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait, ground_of
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
-from gaitopt.settings import checked_arguments
+from gaitopt.settings import checked, checked_arguments
 from gaitopt.simulate.disturbance import (
     NONE,
     Delay,
@@ -63,6 +63,7 @@ class Ending(Enum):
     NO_LANDING = "the swing foot did not land"
 
 
+@checked
 @dataclass(frozen=True)
 class WalkOptions:
     """Of a simulated walk.

@@ -23,12 +23,15 @@ TRUSTED = 1e-9
 """Relative optimality error below which an answer is taken without asking another backend."""
 TOLERABLE = 1e-4
 """Relative optimality error above which an answer is not used at all."""
+LARGEST = 1e12
+"""Size of limits beyond which rounding alone makes every answer an error above `TOLERABLE`."""
 _OPTIONS: dict[str, dict[str, Any]] = {
     "daqp": {"iter_limit": 1000, "primal_tol": 1e-10, "dual_tol": 1e-12},
     "quadprog": {},
     # Its inner iterations cannot be limited: where it fails, more outer ones take minutes.
     "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 30},
 }
+_LARGEST_OF = {"proxqp": 1e6}  # from which on rounding of limits keeps it from its eps_abs
 _DAQP_INFINITY = 1e30  # from which on a limit is none
 
 
@@ -73,9 +76,12 @@ def solve_qp(program: QuadraticProgram, preferred: str) -> QuadraticSolution | N
         The solution, or None when no backend found one.
     """
     best, least = None, TOLERABLE
-    if cholesky(program.P) is None:
+    size = np.abs(program.h).max(initial=0.0)
+    if not size <= LARGEST or cholesky(program.P) is None:
         return None
     for backend in (preferred, *(b for b in BACKENDS if b != preferred)):
+        if size > _LARGEST_OF.get(backend, LARGEST):
+            continue
         solution = _ask(program, backend)
         error = np.inf if solution is None else optimality_error(program, solution)
         if error <= least:

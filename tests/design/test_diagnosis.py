@@ -1,6 +1,7 @@
 import functools
 import json
 import re
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -287,3 +288,20 @@ def test_a_diagnosis_can_be_done_without(robot):
     with pytest.raises(UnreachableError) as caught:
         design(robot, preset_task(speed=3.2), replace(QUICK, diagnose=False))
     assert caught.value.diagnosis is None
+
+
+ABSURD = {
+    "speed": 1e18, "clearance": 1e18, "knee_flexion": 1e12, "minimum_load": 1e18,
+    "lateral_gap": 1e12, "torque_limit": 1e-18, "liftoff_speed": 1e18, "cop_margin": 1e15,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ABSURD)
+def test_what_is_absurd_ends_soon_with_words(name, monkeypatch):
+    """Of the search and the first tries of its diagnosis; they did not end in a minute."""
+    monkeypatch.setattr(diagnosing, "ENOUGH", 1)
+    began = time.process_time()
+    with pytest.raises((NoGaitFoundError, UnreachableError)) as caught:
+        design(biped(), reference_task(**{name: ABSURD[name]}, samples=11), QUICK)
+    assert caught.value.diagnosis.reasons
+    assert time.process_time() - began < 20.0  # s, of the processor

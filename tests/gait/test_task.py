@@ -76,6 +76,9 @@ def test_margins_out_of_range_are_refused(name, value, message):
         ({"speed": 1e-300}, "speed is 1e-300 m/s; it must be 0, or between 1e-50 and 1e\\+50"),
         ({"speed": 1e308}, "speed is 1e\\+308 m/s; it must be 0, or between 1e-50 and 1e\\+50"),
         ({"duration": 1e300}, "duration is 1e\\+300 s; it must be between 1e-50 and 1e\\+50"),
+        ({"duration": 1e9}, "duration is 1000000000.0 s; it must be at most 1000 s"),
+        ({"speed": -1e-9}, "speed is -1e-09 m/s; it must be 0, for a walk in place, or at least"),
+        ({"speed": 0.0, "lateral_speed": 1e-6}, "lateral_speed is 1e-06 m/s; it must be 0"),
         ({"penalty_weight": 1e-99}, "penalty_weight is 1e-99 cost/m²; it must be between"),
         ({"samples": True}, "samples is True; it must be a whole number"),
         ({"postures": 1.5}, "postures is 1.5; it must be a whole number"),
@@ -87,6 +90,18 @@ def test_margins_out_of_range_are_refused(name, value, message):
 def test_tasks_out_of_range_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         Task(**changes)
+
+
+def test_a_walk_is_not_slowed_down_below_the_slowest():
+    assert Task(speed=1e-4).at_share_of_speed(0.5).speed == 5e-5
+    assert Task(speed=2e-5).at_share_of_speed(0.25).speed == 2e-5
+    assert Task(speed=0.5).at_share_of_speed(0.0).speed == 0.0
+
+
+@pytest.mark.parametrize("name", ["trunk_pitch", "pelvis_roll", "pelvis_yaw", "foot_yaw"])
+def test_angles_beyond_half_a_turn_are_refused(name):
+    with pytest.raises(InputError, match=f"{name} is 1e.18 rad; give at most half a turn, 3.1416"):
+        set_geometry(GEOMETRY, {name: {"value": 1e18}})
 
 
 def test_a_fixed_step_length_cannot_also_be_constrained():

@@ -165,3 +165,12 @@ def test_a_matrix_that_is_not_definite_is_not_tried(monkeypatch) -> None:
     program = replace(random_program(0), P=np.diag([1e15, *[1.0] * 6, -0.7]))
     monkeypatch.setattr(qp, "_ask", lambda *_: pytest.fail("a backend was asked"))
     assert solve_qp(program, "daqp") is None
+
+
+@pytest.mark.parametrize(("limit", "asked"), [(1e5, BACKENDS), (1e8, BACKENDS[:2]), (1e18, ())])
+def test_limits_beyond_what_a_backend_can_tell_are_not_given_to_it(monkeypatch, limit, asked):
+    """A row broken by 1e9: rounding of the row is above the tolerance that a backend stops at."""
+    tried = []
+    monkeypatch.setattr(qp, "_ask", lambda _, backend: tried.append(backend))
+    assert solve_qp(replace(corner_program(), h=np.array([-limit])), "daqp") is None
+    assert tuple(tried) == asked
