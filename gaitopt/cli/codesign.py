@@ -51,6 +51,7 @@ from gaitopt.design.codesign import (
     with_proportions,
 )
 from gaitopt.design.process import small_matrices
+from gaitopt.design.requirements import UNITS, requirements, worst_case
 from gaitopt.errors import GaitFileError, InputError, StoppedError, did_you_mean, there_are
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
@@ -59,7 +60,7 @@ from gaitopt.model.import_options import choices_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import parse_axis
-from gaitopt.units import read_number, read_quantity
+from gaitopt.units import motion_words, read_number, read_quantity
 from gaitopt.view.codesign_page import write_codesign_page
 
 TRIALS, REPORT, SUMMARY = "trials.jsonl", "report.html", "codesign.json"
@@ -417,6 +418,7 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
             }
             for case, a, b in zip(study.walks, found.before, found.after, strict=True)
         ],
+        "motors": _motors_of(found, [case.label for case in study.walks]),
         "before": whole[0],
         "after": whole[1],
         "trials": [
@@ -427,6 +429,23 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
         "seconds": sum(t.seconds for t in found.trials),
         "held": list(found.held),
     }  # fmt: skip
+
+
+_ASKED = ("peak_torque", "peak_speed", "rms_torque", "peak_power")
+"""Figures of a motor that are told before and after."""
+_MORE = 1.01  # times as much as before, for a motor to be told of
+
+
+def _motors_of(found: CoDesign, labels: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Return what each motor must deliver before and after, the most over all walks."""
+    told: dict[str, dict[str, Any]] = {}
+    for name, gaits in (("before", found.before), ("after", found.after)):
+        by_label = {f"{k} {labels[k]}": gait for k, gait in enumerate(gaits)}
+        for one in worst_case(requirements(by_label), _ASKED):
+            own = told.setdefault(one.motor, {})
+            own[name] = {figure: one.values[figure] for figure in _ASKED}
+            own["units"] = {k: motion_words(UNITS[k], slides=one.slides) for k in _ASKED}
+    return told
 
 
 def _print_trial(
@@ -456,3 +475,16 @@ def _print_result(out: Console, summary: Mapping[str, Any]) -> None:
     out.print(f"{certified} of {len(summary['walks'])} walks are certified")
     for text in summary["held"]:
         out.print(text)
+    more = {
+        (motor, figure): (before, one["after"][figure], one["units"][figure])
+        for motor, one in summary["motors"].items()
+        for figure, before in one["before"].items()
+        if one["after"][figure] > _MORE * before > 0.0
+    }
+    if more:
+        motor, figure = max(more, key=lambda one: more[one][1] / more[one][0])
+        before, after, unit = more[motor, figure]
+        out.print(
+            f"what a motor must deliver more: {motor}, {figure.replace('_', ' ')} {before:.3g} -> "
+            f"{after:.3g} {unit}; all of them are in {REPORT}"
+        )

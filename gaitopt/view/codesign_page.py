@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +26,17 @@ from gaitopt.view.page_parts import Section, table_text
 
 _NUMBERS = ("", ">of the robot", ">begun at", ">found", "unit")
 _WALKS = ("walk", ">weight", ">before", ">after", ">change", "certified")
+_MOTORS = ("motor", ">peak torque", ">peak speed", ">RMS torque", ">peak power")
 _STYLE = """:root{color-scheme:light dark}
 body{font:.875rem/1.45 system-ui,sans-serif;max-width:54rem;margin:0 auto;padding:0 1rem 2rem}
 h1{font-size:1.25rem}h2{font-size:.94rem;margin:26px 0 6px}.table{overflow-x:auto}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums}
 th,td{text-align:left;vertical-align:top;padding:3px 14px 3px 0;border-bottom:1px solid #8884}
 th{font-weight:normal;opacity:.7}.number{text-align:right}.number,.short{white-space:nowrap}
-img{width:100%;min-width:40rem;margin:10px 0;border-radius:8px}ul{padding-left:1.4em}"""
+.pictures{display:flex;flex-wrap:wrap;gap:10px;margin:10px 0}
+img{flex:1 1 22rem;min-width:0;max-width:100%;border-radius:8px;object-fit:contain}
+ul{padding-left:1.4em}"""
+_SEEN = 0.5  # %, of a change that is told
 _BAR = 0.32  # inch of a walk, both bars
 
 
@@ -57,8 +61,9 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
          "yes" if walk["certified"] else "no")
         for walk in summary["walks"]
     )  # fmt: skip
+    motors = tuple((name, *_before_and_after(one)) for name, one in summary["motors"].items())
     with styled():
-        picture = base64.b64encode(rendered(codesign_figure(summary), "png")).decode()
+        pictures = [_picture(draw(summary)) for draw in (walks_figure, designs_figure)]
     held = summary["held"] or ["No range holds it: the gradient vanishes inside all of them."]
     parts = [
         f"<h1>Co-design of {html_text(summary['robot'])}</h1>",
@@ -67,11 +72,14 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
         f"{summary['evaluations']} evaluations of walks.</p>",
         table_text(Section("What moved", _NUMBERS, moved)),
         table_text(Section(f"Cost of a walk before and after, {unit}", _WALKS, walks)),
-        '<div class="table"><img alt="cost of every walk and of every design" '
-        f'src="data:image/png;base64,{picture}"></div>',
+        f'<div class="pictures"><img alt="cost of every walk" src="{pictures[0]}">'
+        f'<img alt="cost of every design" src="{pictures[1]}"></div>',
+        table_text(
+            Section("What the motors must deliver, the most over all walks", _MOTORS, motors)
+        ),
         "<h2>What holds it</h2>",
         "<ul>" + "".join(f"<li>{html_text(text)}</li>" for text in held) + "</ul>",
-        "<p>What each motor must deliver, before and after, here in the first walk: "
+        "<p>All of what the motors must deliver, here in the first walk: "
         "<code>gaitopt requirements before/1.npz --against after/1.npz</code></p>",
     ]
     page = (
@@ -83,21 +91,40 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
     return write_atomically(path, page.encode())
 
 
-def codesign_figure(summary: Mapping[str, Any]) -> Figure:
-    """Return the costs of every walk before and after, and of every design in turn."""
+def _before_and_after(motor: Mapping[str, Any]) -> Iterator[str]:
+    """Yield each figure of a motor: before -> after, its change below."""
+    for name, before in motor["before"].items():
+        after, unit = motor["after"][name], motor["units"][name]
+        change = 100.0 * (after / before - 1.0) if before > 0.0 else 0.0
+        told = f"\n{change:+.0f} %" if abs(change) >= _SEEN else ""
+        yield f"{before:.3g} \u2192 {after:.3g} {unit}{told}"
+
+
+def _picture(figure: Figure) -> str:
+    return "data:image/png;base64," + base64.b64encode(rendered(figure, "png")).decode()
+
+
+def walks_figure(summary: Mapping[str, Any]) -> Figure:
+    """Return the costs of every walk before and after."""
     names = [name_on_figure(walk["walk"]) for walk in summary["walks"]]
-    figure = new_figure(9.0, max(3.0, 1.2 + _BAR * len(names)))
-    left, right = figure.subplots(1, 2)
-    places = np.arange(len(names))
+    figure = new_figure(4.5, max(3.0, 1.2 + _BAR * len(names)))
+    axes, places = figure.subplots(), np.arange(len(names))
     for k, (name, colour) in enumerate((("before", GREY), ("after", SWING))):
         values = [walk[name] for walk in summary["walks"]]
-        left.barh(places + (k - 0.5) * 0.4, values, 0.4, label=name, color=colour)
-    left.set_yticks(places, names)
-    left.invert_yaxis()
-    left.grid(visible=False, axis="y")
-    label_axes(left, f"cost [{summary['cost_unit']}]", "", "every walk")
+        axes.barh(places + (k - 0.5) * 0.4, values, 0.4, label=name, color=colour)
+    axes.set_yticks(places, names)
+    axes.invert_yaxis()
+    axes.grid(visible=False, axis="y")
+    label_axes(axes, f"cost [{summary['cost_unit']}]", "", "every walk")
     figure.legend(loc="outside lower left", ncols=2)
-    right.plot([trial["cost"] for trial in summary["trials"]], "o-", markersize=3.0, color=SWING)
-    right.xaxis.set_major_locator(MaxNLocator(integer=True))
-    label_axes(right, "design", f"cost of all [{summary['cost_unit']}]", "every design in turn")
+    return figure
+
+
+def designs_figure(summary: Mapping[str, Any]) -> Figure:
+    """Return the cost of all walks with every design in turn."""
+    figure = new_figure(4.5, 3.0)
+    axes = figure.subplots()
+    axes.plot([trial["cost"] for trial in summary["trials"]], "o-", markersize=3.0, color=SWING)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    label_axes(axes, "design", f"cost of all [{summary['cost_unit']}]", "every design in turn")
     return figure

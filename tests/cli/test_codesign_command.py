@@ -10,6 +10,7 @@ from gaitopt.catalogue.parameters import PARAMETERS, read_spec
 from gaitopt.cli.codesign import TRIALS, earlier_trials, trial_of, trial_record
 from gaitopt.cli.request import make_robot
 from gaitopt.design.audit import problem_of
+from gaitopt.design.requirements import requirements
 from gaitopt.gait.gait_file import load_gait
 
 QUICK = ("--solver", "sqp", "--starts", "1", "--samples", "21")
@@ -43,10 +44,29 @@ def test_robot_walks_and_report_are_written(finished):
     assert "data:image/png;base64," in page
     assert "What holds it" in page
     assert 'name="viewport"' in page
-    assert page.count("<table>") == page.count('<div class="table"><table>') == 2
+    assert page.count("<table>") == page.count('<div class="table"><table>') == 3
     assert "gaitopt requirements before/1.npz --against after/1.npz" in page
     for text in summary["held"]:
         assert text in page
+
+
+def test_what_the_motors_must_deliver_is_told(finished):
+    folder, said = finished
+    motors = json.loads((folder / "codesign.json").read_text("utf-8"))["motors"]
+    more = []
+    for name in ("before", "after"):
+        for one in requirements({"walk": load_gait(folder / name / "1.npz")}):
+            own = motors[one.motor]
+            assert own["units"]["peak_power"] == "W"
+            for figure, value in own[name].items():
+                assert value == pytest.approx(getattr(one, figure), rel=1e-9)
+                grown = value / own["before"][figure] if own["before"][figure] else 0.0
+                more.append((grown, one.motor, figure.replace("_", " ")))
+    grown, motor, figure = max(more)
+    assert grown > 1.01
+    assert f"what a motor must deliver more: {motor}, {figure} " in said
+    page = (folder / "report.html").read_text("utf-8")
+    assert f"{100.0 * (grown - 1.0):+.0f} %" in page
 
 
 def test_the_same_command_goes_on(cli, finished, tmp_path):
