@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console, ConsoleOptions, RenderableType
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.live import Live
+from rich.rule import Rule
 from rich.segment import Segment
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from gaitopt import bounds
@@ -20,7 +22,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Progress, ProgressCallback, Solution
 
 WIDTH = 100  # columns of the tables on a wide terminal
-NARROW = 80  # in a file or a pipe, which nobody can make wider; the least on a terminal
+NARROW = 80  # in a file or a pipe, which nobody can make wider; below it tables come in parts
+NARROWEST = 24  # in which a name and a number fit
 
 
 class Screen(Console):
@@ -55,14 +58,9 @@ class Screen(Console):
 
 
 def screen(*, stderr: bool = False) -> Console:
-    """Return the console of stdout or stderr.
-
-    Tables on stdout are never narrower than in a file: cells would be broken within numbers, where
-    a terminal that is narrower breaks the line and leaves their digits together.
-    """
+    """Return the console of stdout or stderr."""
     console = Screen(stderr=stderr)
-    if not console.is_terminal or (console.width < NARROW and not stderr):
-        console.width = NARROW
+    console.width = max(console.width, NARROWEST) if console.is_terminal else NARROW
     return console
 
 
@@ -150,7 +148,7 @@ class ProgressDisplay:
 
     def _shown(self) -> Table:
         """What the terminal shows, asked for eight times a second: Ctrl-C is answered at once."""
-        return _table(self._rows, self._request.asked)
+        return _table(self._rows, self._request.asked, self._console.width)
 
     def _print_line(self) -> None:
         self._printed = self._elapsed
@@ -178,19 +176,36 @@ def _row(
     )
 
 
-def _table(rows: list[Row], stopping: bool) -> Table:
-    """One line per round, the last one running; only the latest rounds."""
+def _table(rows: list[Row], stopping: bool, width: int) -> Table:
+    """One line per round, the last one running; only the latest rounds, and what there is room for.
+
+    Args:
+        width: of the terminal, in columns.
+    """
     table = Table(box=None, pad_edge=False, header_style="dim", caption_justify="left")
-    for name in ("round", "iteration", "cost"):
-        table.add_column(name, justify="right")
-    table.add_column("worst violation", width=46, no_wrap=True, overflow="ellipsis")
-    table.add_column("optimality", justify="right")
-    table.add_column("time", justify="right")
+    names = ("round", "iteration", "cost", "worst violation", "optimality", "time")
+    wide = [max([len(name), *(len(row[k]) for row in rows)]) for k, name in enumerate(names)]
+    shown = [*range(len(names))]
+    for k in (_OPTIMALITY, _ITERATION, _TIME):
+        if width - sum(wide[j] + _GAP for j in shown if j != _WORST) < min(wide[_WORST], _LEAST):
+            shown.remove(k)
+    room = width - sum(wide[k] + _GAP for k in shown if k != _WORST)
+    for k in shown:
+        if k == _WORST:
+            table.add_column(
+                names[k], width=max(1, min(room, _MOST)), no_wrap=True, overflow="ellipsis"
+            )
+        else:
+            table.add_column(names[k], justify="right", no_wrap=True)
     for row in rows[-8:]:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*(Text(row[k]) for k in shown))
     if stopping:
         table.caption = STOPPING
     return table
+
+
+_ITERATION, _WORST, _OPTIMALITY, _TIME = 1, 3, 4, 5  # columns
+_LEAST, _MOST = 30, 46  # characters of the worst violation: as it begins, and of nearly all
 
 
 BAR = 6
@@ -199,15 +214,107 @@ _AT_LIMIT, _NEAR_LIMIT = 0.999, 0.8
 ABSENT = "-"
 
 
-def new_table(title: str, *columns: str) -> Table:
-    """Return an empty table; a column's name is its header, with ">" before it if it holds numbers.
+_WHOLE = 12  # columns: shorter texts are not broken
+_GAP = 2  # columns between two of a table
+_NAME = 8  # columns that are left for a name, and what is between it and the next
+_REPEATED = 2 / 3  # of the room at most, for the columns that each part repeats
 
-    A header may have a second line, for the unit.
+
+class FittedTable(Table):
+    """A table that is readable where a terminal is narrow: there it comes in parts.
+
+    Each part has the first columns and as many others as fit without breaking numbers or words.
+
+    Attributes:
+        keys: how many columns every part begins with.
     """
-    table = Table(
+
+    keys = 1
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Yield it as it is, or its parts."""
+        if options.max_width >= NARROW:
+            yield from super().__rich_console__(console, options)
+            return
+        for number, part in enumerate(self._parts(options.max_width)):
+            if number > 0:
+                yield ""
+            yield part
+
+    def _parts(self, room: int) -> Iterator[Table]:
+        sizes = [_sizes(column) for column in self.columns]
+        keys = list(range(min(self.keys, len(sizes) - 1)))
+        others = max([0, *(least for least, _ in sizes[len(keys) :])])
+        repeated = max(min(_REPEATED * room, room - others), _NAME * len(keys))
+        for k in keys:
+            least, most = sizes[k]
+            sizes[k] = min(least, int(repeated / len(keys)) - _GAP), most
+        taken = sum(sizes[k][0] + _GAP for k in keys)
+        parts: list[list[int]] = [[]]
+        left = room - taken
+        for k in range(len(keys), len(sizes)):
+            if parts[-1] and sizes[k][0] > left:
+                parts.append([])
+                left = room - taken
+            parts[-1].append(k)
+            left -= sizes[k][0] + _GAP
+        for number, part in enumerate(parts):
+            yield self._part(room, [*keys, *part], sizes, first=number == 0)
+
+    def _part(
+        self, room: int, chosen: list[int], sizes: list[tuple[int, int]], *, first: bool
+    ) -> Table:
+        """Return some of the columns, wider than they must be where there is room."""
+        spare = room + _GAP - sum(sizes[k][0] + _GAP for k in chosen)
+        wanted = sum(sizes[k][1] - sizes[k][0] for k in chosen)
+        part = _empty(Table, str(self.title) if first and self.title else None)
+        part.expand, part.show_header = False, self.show_header
+        for k in chosen:
+            least, most = sizes[k]
+            more = max(0, min(most - least, spare * (most - least) // max(wanted, 1)))
+            own = self.columns[k]
+            part.add_column(
+                own.header, justify=own.justify, style=own.style, overflow="fold",
+                width=least + more,
+            )  # fmt: skip
+        for row in zip(*(self.columns[k].cells for k in chosen), strict=True):
+            part.add_row(*row)
+        return part
+
+
+def _sizes(column: Column) -> tuple[int, int]:
+    """Return the least width in which nothing is broken that should not be, and the widest."""
+    header, *cells = (
+        [str(line) for line in str(cell).split("\n")] for cell in (column.header, *column.cells)
+    )
+    widest = max(cell_len(line) for lines in (header, *cells) for line in lines)
+    numbers = cells if column.justify == "right" else []
+    texts = [header] if numbers else [header, *cells]
+    words = max(cell_len(word) for lines in texts for line in lines for word in line.split(" "))
+    whole = max([0, *(cell_len(line) for lines in numbers for line in lines)])
+    return max(words, whole, min(widest, _WHOLE)), widest
+
+
+Kind = TypeVar("Kind", bound=Table)
+
+
+def _empty(kind: type[Kind], title: str | None) -> Kind:
+    return kind(
         title=title, title_justify="left", title_style="bold", header_style="dim",
         box=SIMPLE_HEAD, pad_edge=False, show_edge=False, expand=True, padding=(0, 1, 0, 0),
     )  # fmt: skip
+
+
+def new_table(title: str, *columns: str, keys: int = 1) -> Table:
+    """Return an empty table; a column's name is its header, with ">" before it if it holds numbers.
+
+    A header may have a second line, for the unit.
+
+    Args:
+        keys: how many columns say what a row is of, see `FittedTable`.
+    """
+    table = _empty(FittedTable, title)
+    table.keys = keys
     for name in columns:
         table.add_column(
             Text(name.removeprefix(">")),
@@ -215,6 +322,27 @@ def new_table(title: str, *columns: str) -> Table:
             overflow="fold",
         )
     return table
+
+
+def facts_grid(facts: Sequence[tuple[str, RenderableType]], width: int) -> Table:
+    """Return names and values of facts, two side by side where there is room."""
+    beside = 1 if width < NARROW else 2
+    table = Table.grid(padding=(0, 2))
+    for _ in range(beside):
+        table.add_column(style="dim")
+        table.add_column(style="bold")
+    for k in range(0, len(facts), beside):
+        table.add_row(*(cell for fact in facts[k : k + beside] for cell in fact))
+    return table
+
+
+def headline(title: str, verdict: tuple[str, str], width: int) -> RenderableType:
+    """Return a title with its verdict and the style of that, between rules where these fit."""
+    text = Text.assemble((printable(title), "bold"), "  ", verdict)
+    return Rule(text) if text.cell_len + _RULES <= width else text
+
+
+_RULES = 4  # columns that a rule needs beside its title
 
 
 def number(value: float | None, unit: str, digits: int = 3) -> str:

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 from rich.console import Console, RenderableType
-from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
@@ -17,9 +16,12 @@ from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.display import (
     ABSENT,
     BAR,
+    NARROW,
     WIDTH,
     bar,
+    facts_grid,
     fixed,
+    headline,
     new_table,
     number,
     screen,
@@ -56,8 +58,8 @@ def print_gait(console: Console, gait: Gait) -> None:
     facts: Any = summarise(gait)
     width = min(console.width, WIDTH)
     for part in (
-        _headline(facts),
-        _walk(facts),
+        _headline(facts, width),
+        _walk(facts, width),
         *_motors([*facts["joints"], *facts["linkages"]], bars=width >= WIDTH),
         _ground(facts["contact"], facts["impact"]),
         *_prices(facts["shadow_prices"]),
@@ -67,51 +69,49 @@ def print_gait(console: Console, gait: Gait) -> None:
         console.print()
 
 
-def _headline(facts: Any) -> RenderableType:
+def _headline(facts: Any, width: int) -> RenderableType:
     certified = facts["certificate"]["certified"]
     verdict = ("certified", "bold green") if certified else ("not certified", "bold yellow")
     speed = facts["walk"]["speed_m_per_s"]
-    name = printable(facts["robot"]["name"] or "") or "the robot"
-    return Rule(Text.assemble((f"{name} walks at {fixed(speed, 3)} m/s", "bold"), "  ", verdict))
+    name = facts["robot"]["name"] or "the robot"
+    return headline(f"{name} walks at {fixed(speed, 3)} m/s", verdict, width)
 
 
-def _walk(facts: Any) -> Table:
-    walk, robot = facts["walk"], facts["robot"]
-    table = Table.grid(padding=(0, 2))
-    for style in ("dim", "bold", "dim", "bold"):
-        table.add_column(style=style)
-    table.add_row(
-        f"cost ({walk['cost_words'].removesuffix(' per metre')})",
-        number(walk["cost"], walk["cost_unit"], 7),
-        "transport cost", f"{number(walk['mechanical_cost_of_transport'], '')} mechanical",
-    )  # fmt: skip
-    table.add_row(
-        "step", f"{fixed(walk['step_length_m'], 3)} m in {fixed(walk['step_duration_s'], 3)} s",
-        "mechanical work", f"{number(walk['mechanical_work_per_step_J'], 'J')} per step",
-    )  # fmt: skip
-    table.add_row(
-        "robot", f"{number(robot['mass_kg'], 'kg', 4)}, legs {number(robot['leg_length_m'], 'm')}",
-        "cadence", f"{fixed(walk['steps_per_minute'], 0)} steps/min",
-    )  # fmt: skip
+def _walk(facts: Any, width: int) -> Table:
+    walk, robot, contact = facts["walk"], facts["robot"], facts["contact"]
     transport = walk["costs_of_transport"]
-    electrical = transport["electrical"]
-    table.add_row(
-        "transport cost", f"{number(transport['positive_work'], '')} positive work",
-        *(() if electrical is None else ("transport cost", f"{number(electrical, '')} electrical")),
-    )  # fmt: skip
+    found = [
+        (
+            f"cost ({walk['cost_words'].removesuffix(' per metre')})",
+            number(walk["cost"], walk["cost_unit"], 7),
+        ),
+        ("transport cost", f"{number(walk['mechanical_cost_of_transport'], '')} mechanical"),
+        ("step", f"{fixed(walk['step_length_m'], 3)} m in {fixed(walk['step_duration_s'], 3)} s"),
+        ("mechanical work", f"{number(walk['mechanical_work_per_step_J'], 'J')} per step"),
+        (
+            "robot",
+            f"{number(robot['mass_kg'], 'kg', 4)}, legs {number(robot['leg_length_m'], 'm')}",
+        ),
+        ("cadence", f"{fixed(walk['steps_per_minute'], 0)} steps/min"),
+        ("transport cost", f"{number(transport['positive_work'], '')} positive work"),
+    ]
+    if (electrical := transport["electrical"]) is not None:
+        found.append(("transport cost", f"{number(electrical, '')} electrical"))
+    elif width >= NARROW:
+        found.append(("", ""))
     if (walk["ground"], walk["load"]) != ("level", "none"):
-        table.add_row("ground", walk["ground"], "load", printable(walk["load"]))
-    if (begins := facts["contact"]["foot_turns_from_s"]) is not None:
-        table.add_row(
-            "stance foot", f"turns from {fixed(begins, 3)} s",
-            "angle as it leaves", f"{number(facts['contact']['foot_angle_rad'], 'rad')}",
-        )  # fmt: skip
-    if (flat := facts["contact"]["flat_from_s"]) is not None:
-        angle = number(facts["contact"]["landing_angle_rad"], "rad")
-        table.add_row(
-            "landing", f"on the heel, flat at {fixed(flat, 3)} s", "angle at landing", angle
-        )
-    return table
+        found += [("ground", walk["ground"]), ("load", printable(walk["load"]))]
+    if (begins := contact["foot_turns_from_s"]) is not None:
+        found += [
+            ("stance foot", f"turns from {fixed(begins, 3)} s"),
+            ("angle as it leaves", number(contact["foot_angle_rad"], "rad")),
+        ]
+    if (flat := contact["flat_from_s"]) is not None:
+        found += [
+            ("landing", f"on the heel, flat at {fixed(flat, 3)} s"),
+            ("angle at landing", number(contact["landing_angle_rad"], "rad")),
+        ]
+    return facts_grid(found, width)
 
 
 def _motors(motors: list[Mapping[str, Any]], *, bars: bool) -> Iterator[Table]:
@@ -124,7 +124,7 @@ def _motors(motors: list[Mapping[str, Any]], *, bars: bool) -> Iterator[Table]:
             "speed\nof limit, rad/s", ">peak\nW",
         )  # fmt: skip
         title = "Linear motors" if slides else "Motors"
-        table = new_table(title, "joint", "leg", *map(words, heads))
+        table = new_table(title, "joint", "leg", *map(words, heads), keys=2)
         for i, one in enumerate(own):
             table.add_row(
                 printable(one["joint"]) if i % 2 == 0 else "",

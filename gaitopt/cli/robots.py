@@ -6,7 +6,6 @@ from collections import Counter
 
 import typer
 from rich.console import Console
-from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
@@ -18,7 +17,7 @@ from gaitopt.catalogue.parameters import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.command_options import InspectOptions, RobotsOptions, UrdfOptions
 from gaitopt.cli.config import Settings
-from gaitopt.cli.display import WIDTH, new_table, screen
+from gaitopt.cli.display import NARROW, WIDTH, headline, new_table, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_source
 from gaitopt.cli.results import require_files
@@ -71,7 +70,7 @@ def print_inspection(out: Console, found: Inspection) -> None:
     """Print the tables of an inspection."""
     width = min(out.width, WIDTH)
     verdict = ("cannot be used", "bold red") if found.refusal else ("can be used", "bold green")
-    out.print(Rule(Text.assemble((printable(found.title), "bold"), "  ", verdict)), width=width)
+    out.print(headline(found.title, verdict, width), width=width)
     for section in inspection_tables(found):
         out.print(_table(section, width), width=width)
         out.print()
@@ -88,7 +87,7 @@ def _table(section: Section, width: int) -> Table:
     wide = [max(map(len, cells)) for cells in zip(*section.rows, strict=True)]
     heads = [max(map(len, head.lstrip(">").split("\n"))) for head in section.columns]
     taken = sum(_GAP + max(pair) for pair in zip(wide[1:], heads[1:], strict=False))
-    room = max(width - taken, _LEAST)
+    room = max(width - taken, _LEAST) if width >= NARROW else width  # there it comes in parts
     seen: Counter[str] = Counter()
     for row, sure in zip(section.rows, how, strict=True):
         topic = row[0] if section.how and len(row) > 2 else ""

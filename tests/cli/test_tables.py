@@ -1,15 +1,18 @@
 """What the screen shows of numbers, lists and progress."""
 
+import re
+from collections import Counter
 from dataclasses import asdict, replace
 from types import SimpleNamespace
 
 import pytest
+from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
 from gaitopt import load_gait
 from gaitopt.bounds import fixed, rounded
-from gaitopt.cli.display import ProgressDisplay, screen
+from gaitopt.cli.display import ProgressDisplay, new_table, screen
 from gaitopt.cli.optimise import limit_lines
 from gaitopt.cli.process import StopRequest
 from gaitopt.cli.report import certificate_table, print_gait
@@ -107,13 +110,62 @@ def test_the_table_of_motors_needs_no_second_lines_on_a_narrow_terminal(designed
     assert "150 steps/min" in shown.get()
 
 
-@pytest.mark.parametrize(("columns", "width"), [("40", 80), ("90", 90), ("200", 200)])
-def test_a_narrow_terminal_breaks_lines_itself(monkeypatch, columns, width):
-    """Rich would break cells, and so numbers: 19. in one line and 6 in the next."""
+@pytest.mark.parametrize(("columns", "width"), [("4", 24), ("40", 40), ("200", 200)])
+def test_a_terminal_is_as_wide_as_it_is(monkeypatch, columns, width):
     monkeypatch.setenv("COLUMNS", columns)
     monkeypatch.setenv("FORCE_COLOR", "1")  # as if on a terminal
-    assert screen().width == width
-    assert screen(stderr=True).width == int(columns)
+    assert screen().width == screen(stderr=True).width == width
+
+
+def words_of(text):
+    """Numbers and words, in any order; of long names in lines their parts."""
+    return Counter(re.findall(r"[^\s─━]+", text))
+
+
+@pytest.mark.parametrize("width", [40, 60])
+def test_on_a_narrow_terminal_no_number_is_broken(designed, width):
+    """Tables come in parts, each with the names: all that stands at 80 columns stands there."""
+    gait = load_gait(designed / "gait.npz")
+    shown = []
+    for columns in (width, 80):
+        console = Console(width=columns, highlight=False)
+        with console.capture() as said:
+            print_gait(console, gait)
+        shown.append(said.get())
+    assert max(map(cell_len, shown[0].splitlines())) <= width
+    assert not words_of(shown[1]) - words_of(shown[0])
+    lines = shown[0].splitlines()
+    assert sum(line.startswith("knee  ") for line in lines) == (3 if width < 60 else 2)
+
+
+@pytest.mark.parametrize("width", [24, 40, 60, 79])
+def test_long_names_leave_room_for_a_number(width):
+    table = new_table("A table", "joint", ">torque\nN·m", ">a speed\nrad/s", "in words")
+    names = [f"left_front_{k}_of_the_linkage_of_the_ankle" for k in range(3)]
+    for k, name in enumerate(names):
+        table.add_row(name, f"{1.25 + k:.4f}", f"{-1e-7 * (k + 1):.3e}", "more than that")
+    text = text_of(table, width)
+    assert max(map(cell_len, text.splitlines())) <= width
+    for number in ("1.2500", "3.2500", "-1.000e-07", "-3.000e-07"):
+        assert text.count(number) == 1
+    assert text.startswith("A table")
+
+
+@pytest.mark.parametrize(
+    ("width", "heads"),
+    [(40, "round cost worst violation"), (60, "round cost worst violation time"),
+     (100, "round iteration cost worst violation optimality time")],
+)  # fmt: skip
+def test_a_search_is_shown_in_the_columns_that_there_are(width, heads):
+    console = Console(width=width, force_terminal=True)
+    display = ProgressDisplay(console, StopRequest(), False)
+    show = display(SimpleNamespace(describe=lambda _: "left_knee torque at 80.0 % of the step"))
+    show(Progress(12, 3359.62, 0.25, 0, 1e-3, 0.1, 0.2, 1, "sqp"))
+    first, *rest = text_of(display._shown(), width).splitlines()
+    assert first.split() == heads.split()
+    assert "3359.62" in rest[0]
+    assert "2.5e-01  left_knee" in rest[0]
+    assert len(rest) == 1
 
 
 def test_an_unconfirmed_answer_says_what_that_means():
