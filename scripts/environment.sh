@@ -30,6 +30,9 @@ use_environment() {
       rm -rf "$venv"
       complain "'$python -m venv' failed; on Debian and Ubuntu: apt-get install python3-venv"
     }
+    # That of Python 3.10, pip 23.0, went through old versions of the extras for 28 minutes, without end.
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --upgrade pip \
+      || complain "pip cannot be brought up to date; see the messages above, then run $0 again"
   fi
   stamp="$venv/.installed$extras"
   wanted="$(cksum < "$root/pyproject.toml") $root"

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import PLUGIN, InputError, reason_of
+from gaitopt.errors import PLUGIN, InputError, failure, own_line, reason_of
 from gaitopt.gait.constraint import Constraint, check_declaration
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
@@ -97,12 +97,10 @@ def _loaded(path: Path, digest: str) -> Plugin:
     except (Exception, SystemExit) as error:
         del sys.modules[name]
         if isinstance(error, InputError):
+            if line := own_line(error):
+                raise InputError(f"{error} ({line})") from error
             raise
-        line = getattr(error, "lineno", None) if isinstance(error, SyntaxError) else None
-        where = f" in line {line}" if line else ""
-        raise InputError(
-            f"the plugin '{path}' cannot be imported: {type(error).__name__}{where}: {error}"
-        ) from error
+        raise InputError(f"the plugin '{path}' cannot be imported: {failure(error)}") from error
 
 
 def _offered(module: ModuleType, path: Path, digest: str) -> Plugin:

@@ -289,6 +289,11 @@ def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | Non
     what = f"the profile of the terrain '{terrain.name}'"
     if not isinstance(profile, Profile):
         raise InputError(f"{what} is {shown(profile)}; give an instance of a Profile, or None")
+    if not terrain.shaped:
+        raise InputError(
+            f"the terrain '{terrain.name}' has a profile, so that it is no plane; write "
+            "shaped = True into its class"
+        )
     length = getattr(profile, "length", None)
     if not (is_finite(length) and length > 0.0):
         raise InputError(

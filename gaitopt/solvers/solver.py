@@ -10,8 +10,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from gaitopt.bounds import is_line, shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import EvaluationError, InputError, did_you_mean
+from gaitopt.errors import EvaluationError, InputError, did_you_mean, own_code
 from gaitopt.nlp import (
     NLP,
     Array,
@@ -278,7 +279,8 @@ class Recorder:
 class SingleStage(Solver):
     """A method that runs once, from a point at which the program has a value.
 
-    A dataclass, whose numbers are options above zero.
+    A dataclass, whose numbers are options above zero. One of one's own need not be in `SOLVERS` to
+    be given to a design (docs/solvers.md); a mistake in it ends the search as an `InputError`.
 
     Raises:
         InputError: an option cannot be used.
@@ -295,13 +297,27 @@ class SingleStage(Solver):
         on_progress: ProgressCallback | None = None,
         stop: StopCallback | None = None,
     ) -> Solution:
+        if not is_line(getattr(self, "name", None)):
+            raise InputError(
+                f"the solver {type(self).__name__} has no name; give its class a text: name = "
+                "'mine'"
+            )
         evaluator = Evaluator(nlp)
         recorder = Recorder(self.name, evaluator, on_progress, stop)
         try:
             point = evaluator.point(np.clip(start.x, nlp.variables.lower, nlp.variables.upper))
         except EvaluationError:
             return recorder.failure(start.x)
-        return self._solved(recorder, point, start)
+        if type(self).__module__.startswith("gaitopt."):
+            return self._solved(recorder, point, start)
+        with own_code(self, f"the solver '{self.name}'"):
+            found = self._solved(recorder, point, start)
+        if not isinstance(found, Solution):
+            raise InputError(
+                f"the solver '{self.name}' returns {shown(found)}; return what "
+                "recorder.solution(status, iterate) does"
+            )
+        return found
 
     @abstractmethod
     def _solved(self, recorder: Recorder, point: Point, start: Start) -> Solution:

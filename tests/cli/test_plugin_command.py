@@ -277,6 +277,7 @@ BROKEN = [
     (LIMIT, ROWS, f"{ROWS}, instants=np.array([3, 3])", r"'roll' are \[3, 3\]; give indices"),
     (SUM, '"calm", "rad', '7, "rad', "the name of Calm is 7; give a text"),
     (SUM, '"rad²/(m·s)"', "None", "the unit of Calm is None; give a text"),
+    (GROUND, '"plains", True', '"plains", False', "is no plane; write shaped = True"),
     (GROUND, '"plains", True', "7, True", "the name of Plains is 7; give a text"),
     (GROUND, 'return "over plains"', "return 7", "the words of the terrain 'plains' are 7"),
     (SUM, "return SquaredNorm(", "return (", "cost 'calm' has array.* for its function"),

@@ -766,8 +766,12 @@ def test_another_process_imports_the_plugin(tmp_path):
         ("", "offers nothing; at module level, let `constraints` be a tuple of"),
         ("constraints = (5,)", "has 5 in `constraints`; give instances of subclasses of Constr"),
         ("cost = 'effort'", "`cost` of the plugin .* is 'effort'; give an instance of a Cost"),
-        ("import nothing_there", "cannot be imported: ModuleNotFoundError: .*nothing_there"),
-        ("constraints = (", "cannot be imported: SyntaxError in line 1"),
+        ("import nothing_there", r"imported: ModuleNotFoundError: .*_there' \(line 1 of mine.py\)"),
+        ("constraints = (", "cannot be imported: SyntaxError: .*line 1"),
+        (
+            "from gaitopt import margin\nmargin()",
+            r"a required argument: 'de.* \(line 2 of mine.py\)",
+        ),
     ],
 )
 def test_plugins_that_cannot_be_are_refused(tmp_path, text, message):

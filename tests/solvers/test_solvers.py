@@ -31,12 +31,34 @@ from gaitopt.solvers import (
     least_squares_multipliers,
     solver_by_name,
 )
+from gaitopt.solvers.solver import SingleStage
 
 
 @pytest.mark.parametrize("name", SOLVERS)
 def test_every_name_makes_its_solver(name: str) -> None:
     solver = solver_by_name(name)
     assert solver.name == ("sqp+newton" if name == "default" else name)
+
+
+@pytest.mark.parametrize(
+    ("own", "told"),
+    [
+        (
+            {"name": "mine", "_solved": lambda *_: {}["x"]},
+            r"'mine': KeyError: 'x' \(line \d+ of test_",
+        ),
+        (
+            {"name": "mine", "_solved": lambda *_: None},
+            "'mine' returns None; return what recorder.so",
+        ),
+        ({"_solved": lambda *_: None}, "the solver Mine has no name; give its class a text"),
+    ],
+)
+def test_a_mistake_in_a_solver_of_ones_own_is_told_with_its_line(own: dict, told: str) -> None:
+    program = bank.SOLVABLE[0]
+    solver = type("Mine", (SingleStage,), {"__module__": __name__, **own})()
+    with pytest.raises(InputError, match=told):
+        solver.solve(program, Start(program.start))
 
 
 def test_options_reach_the_solver() -> None:
