@@ -160,6 +160,14 @@ class NLP(ABC):
         del x
         return None
 
+    def is_tip(self, x: Array) -> bool:
+        """Return whether limits all but meet at x in a point at which they have no multipliers.
+
+        As at the tip of a cone. No solver settles there, and one that has come so far may give up.
+        """
+        del x
+        return False
+
     @abstractmethod
     def describe(self, row: int) -> str:
         """Name a row to a person: "left_knee torque at 80.0 % of the step"."""

@@ -36,7 +36,7 @@ from gaitopt.cli.results import (
 )
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import design
-from gaitopt.design.options import DesignOptions
+from gaitopt.design.options import COUNT, DesignOptions
 from gaitopt.design.phase_times import best_times, searched_times
 from gaitopt.design.pipeline import Design
 from gaitopt.design.process import can_be_copied, processors, small_matrices
@@ -239,7 +239,10 @@ def _designed(
         said: list[str] = []
 
         def one(task: Task, start: Array | None, options: DesignOptions) -> Design:
-            again = replace(request, task=task, start=start, options=options)
+            # the search of times has made both starts already
+            found_before = start is not None and request.starts == COUNT
+            starts = 1 if found_before else request.starts
+            again = replace(request, task=task, start=start, options=options, starts=starts)
             found, told = _of_task(again, progress, stop, None)
             said.extend(told)
             return found

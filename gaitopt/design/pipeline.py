@@ -132,8 +132,6 @@ RELAXED_LIFTOFF = -0.02
 A gentle landing puts the four lift-off rows, the impulse and its friction cone at one vertex, where
 their gradients depend on each other; this much slack takes the walk away from it.
 """
-VANISHED = 1e-3
-"""Of the robot's momentum: a smaller impulse of the landing is none."""
 SOFTER = 1.02
 """Of the cost of the walk whose impulse vanishes, at most, at zero speed (measured: 0.1 to 0.6 %
 more, of walks that were no optima yet)."""
@@ -331,20 +329,8 @@ def _lets_go(fine: WalkProblem, before: Solution, after: Solution) -> bool:
 
 
 def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:
-    """Return whether a walk is no optimum and its impact all but vanishes.
-
-    Where no impulse within the limits lifts the rear foot, as down stairs, they leave zero alone,
-    as a point at which they have no multipliers: docs/decisions/landing.md.
-    """
-    margins = problem.task.margins
-    if solution.status is Status.OPTIMAL or margins.soft_landing:
-        return False
-    if margins.landing_speed is not None:  # landing at zero speed is not what is asked for
-        return False
-    whole = problem.whole(solution.x)
-    momentum = problem.robot.mass * abs(whole.step_length) / whole.duration
-    pushes = np.linalg.norm([step.impulse[:3] for step in problem.steps(solution.x)], axis=1)
-    return float(pushes.max()) <= VANISHED * momentum
+    """Return whether a walk is no optimum and its impact all but vanishes."""
+    return solution.status is not Status.OPTIMAL and problem.is_tip(solution.x)
 
 
 def without_impact(problem: WalkProblem) -> WalkProblem:

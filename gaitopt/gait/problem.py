@@ -89,6 +89,10 @@ class _Derivatives:
     jacobians: Jacobians
 
 
+VANISHED = 1e-3
+"""Of the robot's momentum: a smaller impulse of the landing is none."""
+
+
 class WalkProblem(NLP):
     """The walk of one robot for one task, on one grid of instants.
 
@@ -398,6 +402,19 @@ class WalkProblem(NLP):
             H = H + self._between_rows(found, cost_weight)
         self._last_hessian = x.copy(), multipliers.copy(), cost_weight, H.copy()
         return H
+
+    def is_tip(self, x: Array) -> bool:
+        """Return whether the impulse of the landing all but vanishes.
+
+        Where no impulse within the limits lifts the rear foot, as down stairs, they leave zero
+        alone: docs/decisions/landing.md. Landing so may be asked for; then it is none.
+        """
+        if self.task.margins.soft_landing or self.task.margins.landing_speed is not None:
+            return False
+        whole = self.whole(x)
+        momentum = self.robot.mass * abs(whole.step_length) / whole.duration
+        pushes = np.linalg.norm([step.impulse[:3] for step in self.steps(x)], axis=1)
+        return float(pushes.max()) <= VANISHED * momentum
 
     def cost_curvature(self, x: Array) -> Array | None:
         """Return the Hessian of the cost as if its quantities were linear in x, see `NLP`.

@@ -352,6 +352,10 @@ class TransitionProblem(WalkProblem):
     def _joined(self, x: Array, steps: tuple[Step, ...]) -> TransitionSteps:
         return TransitionSteps(x, steps, float(self.transition.finish.geometry[STEP_LENGTH]))
 
+    def is_tip(self, x: Array) -> bool:
+        del x  # its last step may end at rest
+        return False
+
     def _together(self, derivatives: tuple[StepDerivatives, ...]) -> Jacobians:
         found = joined_jacobians(derivatives)
         found[quantities.TRAVEL] = np.zeros((1, 2, self.layout.size))

@@ -100,6 +100,9 @@ RECHECK_AFTER = 4
 least-squares multipliers. Those of a step are poor where rows have nearly the same gradients (a
 limit held at two instants close together): the run then goes to and fro about an optimum that it
 does not recognise."""
+STILL_FOR, STILL = 10, 1e-5
+"""Feasible iterates in a row whose cost changes by no more than this share, while multipliers grow,
+after which a run has come to a tip of its limits, if it is at one (`NLP.is_tip`)."""
 NEARLY = 1e-4
 """KKT residual of feasible iterates below which that is done at once: the multipliers of a step
 belong to where it began, and may hide for an iteration that it has arrived."""
@@ -219,6 +222,8 @@ class _Run:
         self.strides = 0
         self.idle, self.least_residual = 0, np.inf
         self.crawls = False
+        self.resting, self.rests_at = 0, np.inf  # feasible iterates of about the same cost
+        self.usual_penalty = self.penalty
         self.model: LocalModel | None = None
         self.bent: Array | None = None  # the Hessian at the iterate
         self.own = False  # whether that is its own, neither a neighbour's nor the last iterate's
@@ -241,6 +246,8 @@ class _Run:
                 return Status.OPTIMAL
             if self._falls_without_end():
                 return Status.UNBOUNDED
+            if self._rests_at_a_tip():
+                return Status.STALLED
             status = self._iteration()
             if status is not None:
                 return status
@@ -266,6 +273,19 @@ class _Run:
         self.iterate = own
         self.recorder.keep(own)
         return True
+
+    def _rests_at_a_tip(self) -> bool:
+        """Whether it goes no further as limits meet in a point, where multipliers grow without end.
+
+        The region would collapse only after a hundred iterations and more.
+        """
+        cost = self.iterate.point.cost
+        still = abs(cost - self.rests_at) <= STILL * abs(cost)
+        if not (still and self.iterate.violation <= FEASIBLE):
+            self.resting, self.rests_at = 0, cost
+        self.resting += 1
+        grown = self.penalty > self.usual_penalty
+        return self.resting > STILL_FOR and grown and self.nlp.is_tip(self.iterate.point.x)
 
     def _falls_without_end(self) -> bool:
         """Whether the cost is beyond all bounds, or falls with every of many longest steps."""

@@ -15,7 +15,7 @@ from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError, UnreachableError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Status, Stop, never
+from gaitopt.nlp import Array, Status, Stop, never
 from gaitopt.settings import checked_arguments
 from gaitopt.sweep.continuation import MAX_ITERATIONS
 
@@ -155,7 +155,8 @@ class _Search:
         for fraction in RETRIES:
             speed = round((1.0 + fraction) * self._speed, DIGITS)
             task = self.task_at(speed)
-            found = self._from_best(task) or self._kept(partial(self._from_starts, task))
+            found = self._from(task, self.best.solution.x)
+            found = found or self._kept(partial(self._from_starts, task))
             self.on_try(speed, found)
             if found is not None:
                 self.best, self.refused = found, math.inf
@@ -166,17 +167,16 @@ class _Search:
 
     def _from_best(self, task: Task) -> Design | None:
         """Design from the fastest walk, then cold."""
-        direct = replace(self.options, approach="direct")
-        for options, start in ((direct, self.best.solution.x), (self.options, None)):
-            found = self._kept(
-                partial(design, self.robot, task, options, start=start, stop=self.stop)
-            )
-            if found is not None:
-                return found
-        return None
+        return self._from(task, self.best.solution.x) or self._from(task, None)
+
+    def _from(self, task: Task, start: Array | None) -> Design | None:
+        """Design from a walk (P,) or from the first guess."""
+        approach = self.options.approach if start is None else "direct"
+        options = replace(self.options, approach=approach)
+        return self._kept(partial(design, self.robot, task, options, start=start, stop=self.stop))
 
     def _from_starts(self, task: Task) -> Design:
-        """Design as if nothing were known."""
+        """Design as if nothing were known: cold, and from a slower walk."""
         return many_starts(self.robot, task, self.options, stop=self.stop).design
 
     def _kept(self, designed: Callable[[], Design]) -> Design | None:

@@ -66,6 +66,19 @@ def test_feasible_program_is_solved_from_a_better_start() -> None:
     np.testing.assert_allclose(solution.x, program.solution, atol=1e-6)
 
 
+def test_a_run_that_has_come_to_a_tip_of_its_limits_is_ended(monkeypatch) -> None:
+    program, solver = bank.cusp(), SQP()
+    on = solver.solve(program, Start(program.start))
+    monkeypatch.setattr(bank.Textbook, "is_tip", lambda self, x: bool(np.abs(x).max() < 0.05))
+    ended = solver.solve(program, Start(program.start))
+    assert on.status is Status.STALLED
+    assert ended.status is Status.STALLED
+    assert ended.iterations < 0.6 * on.iterations
+    assert ended.cost == pytest.approx(on.cost, rel=1e-5)
+    assert ended.violation <= FEASIBLE
+    np.testing.assert_allclose(ended.x, program.solution, atol=0.05)
+
+
 def test_penalty_rises_when_multipliers_exceed_it() -> None:
     program = bank.hs15()  # the multipliers add to 2451
     solution = SQP(penalty=10.0).solve(program, Start(program.start))

@@ -439,6 +439,26 @@ def degenerate() -> Textbook:
     )
 
 
+def cusp() -> Textbook:
+    """Two curves that meet in a cusp, the optimum, at which they have no multipliers."""
+    return Textbook(
+        title="cusp",
+        start=array(1, 0.5),
+        cost=lambda x: 1000 + x[0],
+        gradient=lambda x: array(1, 0),
+        curvature=lambda x: np.zeros((2, 2)),
+        value=lambda x: array(x[1] - x[0] ** 3, x[1] + x[0] ** 3),
+        jacobian=lambda x: np.array([[-3 * x[0] ** 2, 1], [3 * x[0] ** 2, 1]]),
+        row_curvatures=lambda x: [np.diag([-6 * x[0], 0]), np.diag([6 * x[0], 0])],
+        variables=free(2),
+        rows=limits([-INF, 0], [0, INF]),
+        solution=array(0, 0),
+        best=1000.0,
+        multipliers=array(np.nan, np.nan),
+        bound_multipliers=np.zeros(2),
+    )
+
+
 def infeasible() -> Textbook:
     """A disk and a half plane that do not meet; least largest violation 1, at (1, 1)."""
     return Textbook(
