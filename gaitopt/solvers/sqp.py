@@ -103,6 +103,9 @@ does not recognise."""
 STILL_FOR, STILL = 10, 1e-5
 """Feasible iterates in a row whose cost changes by no more than this share, while multipliers grow,
 after which a run has come to a tip of its limits, if it is at one (`NLP.is_tip`)."""
+SHORT = 1e-5
+"""Length of the last step up to which that is done at once, too: a run hardly goes anywhere by it,
+so that a residual that is left is mostly that of poor multipliers."""
 NEARLY = 1e-4
 """KKT residual of feasible iterates below which that is done at once: the multipliers of a step
 belong to where it began, and may hide for an iteration that it has arrived."""
@@ -264,7 +267,8 @@ class _Run:
         if self.iterate.violation <= feasible and self.idle == 0:
             self.least_residual = min(residual, self.least_residual)
         self.crawls = self.idle >= RECHECK_AFTER
-        due = residual <= (POLISH_BELOW if self.idle >= RECHECK_AFTER else NEARLY)
+        arrived = self.idle >= RECHECK_AFTER or self.last_length <= SHORT
+        due = residual <= (POLISH_BELOW if arrived else NEARLY)
         if not due or self.iterate.violation > feasible:
             return False
         own = with_least_squares_multipliers(self.nlp, self.iterate.point, self.options.tolerance)

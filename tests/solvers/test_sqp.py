@@ -79,6 +79,28 @@ def test_a_run_that_has_come_to_a_tip_of_its_limits_is_ended(monkeypatch) -> Non
     np.testing.assert_allclose(ended.x, program.solution, atol=0.05)
 
 
+def test_an_iterate_at_the_end_of_a_short_step_is_judged_by_its_own_multipliers(
+    monkeypatch,
+) -> None:
+    program, asked = bank.hs43(), []
+    monkeypatch.setattr(sqp, "POLISH_BELOW", np.inf)
+    own = sqp.with_least_squares_multipliers
+
+    def counted(*args):
+        asked.append(args)
+        return own(*args)
+
+    monkeypatch.setattr(sqp, "with_least_squares_multipliers", counted)
+    usual = SQP().solve(program, Start(program.start))
+    few = len(asked)
+    monkeypatch.setattr(sqp, "SHORT", np.inf)
+    monkeypatch.setattr(sqp, "NEARLY", -np.inf)
+    at_once = SQP().solve(program, Start(program.start))
+    assert len(asked) > 2 * few
+    assert at_once.iterations <= usual.iterations
+    np.testing.assert_allclose(at_once.x, program.solution, atol=1e-5)
+
+
 def test_penalty_rises_when_multipliers_exceed_it() -> None:
     program = bank.hs15()  # the multipliers add to 2451
     solution = SQP(penalty=10.0).solve(program, Start(program.start))
