@@ -122,9 +122,10 @@ def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None)
         if (crowd := _many_legs(posed, ends, axis)) is not None:
             raise crowd
         try:
-            return _checked(posed, ends, axis, trim=True)
+            pair = _checked(posed, ends, axis, trim=True)
         except RobotError as fault:
             raise no_legs(posed, ends, fault) from None
+        return _no_arms(posed, ends, pair)
     if feet is not None:
         return _checked(posed, feet, axes[0], trim=False)
     mirrored = (pair for pair in _leg_like(posed) if mirror_normal(posed, pair) is not None)
@@ -132,7 +133,7 @@ def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None)
     if up is not None or len(lying) != 1 or _unequal_pair(posed) is not None:
         raise _no_pair(posed)
     pair = _checked(posed, lying[0], -unit(_downwards(posed, lying[0])), trim=False)
-    return replace(pair, lying=True)
+    return _no_arms(posed, lying[0], replace(pair, lying=True))
 
 
 def named_feet(model: pin.Model, choices: ImportOptions) -> tuple[int, int] | None:
@@ -363,15 +364,29 @@ def _lowest_pair(posed: PosedModel, up: Array) -> tuple[int, int] | None:
 
 def _without_arms(posed: PosedModel) -> list[int]:
     """Return the leaves that are not named as arms; all, where those are no two legs."""
-
-    def is_arm(end: int) -> bool:
-        names = [str(posed.model.names[j]) for j in posed.model.supports[end] if j > 1]
-        words = " ".join([*names, foot_name(posed.model, end)])
-        return bool(_ARM_WORDS.search(words)) and not _LEG_WORDS.search(words)
-
-    arms = [j for j in posed.leaves if is_arm(j)]
+    arms = [j for j in posed.leaves if _named_as_arm(posed, j)]
     apart = arms and _leg_like(posed, arms)
     return [j for j in posed.leaves if j not in arms] if apart else posed.leaves
+
+
+def _named_as_arm(posed: PosedModel, end: int) -> bool:
+    names = [str(posed.model.names[j]) for j in posed.model.supports[end] if j > 1]
+    words = " ".join([*names, foot_name(posed.model, end)])
+    return bool(_ARM_WORDS.search(words)) and not _LEG_WORDS.search(words)
+
+
+def _no_arms(posed: PosedModel, ends: tuple[int, int], pair: LegPair) -> LegPair:
+    """Return a pair of legs that was found.
+
+    Raises:
+        RobotError: it is named as arms, of a robot on wheels or a table.
+    """
+    if not all(_named_as_arm(posed, end) for end in ends):
+        return pair
+    raise RobotError(
+        f"no two legs were found: the chains that reach lowest, to {_quoted(posed, ends)}, are "
+        f"named as arms; {_NEEDS}; if these are, name their feet: {_NAME_FEET}"
+    )
 
 
 def _likeness(posed: PosedModel, first: int, other: int, up: Array) -> tuple[int, bool, float]:

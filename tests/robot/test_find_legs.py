@@ -311,6 +311,19 @@ def test_arms_are_not_called_legs():
     assert "leg that ends" not in told
 
 
+def test_arms_that_could_be_legs_are_refused_by_their_names(robot):
+    """As of robots on wheels: a certified walk on hands helps nobody. They may be named as feet."""
+    arms = {"hip": "shoulder", "knee": "elbow", "ankle": "wrist", "foot": "hand", "sole": "palm",
+            "thigh": "upper_arm", "shin": "forearm"}  # fmt: skip
+    text = robot.urdf
+    for of_leg, of_arm in arms.items():
+        text = text.replace(of_leg, of_arm)
+    with pytest.raises(RobotError, match=r"to '\w+_hand' and .*named as arms; .*name their"):
+        Robot.from_urdf(text)
+    hands = Robot.from_urdf(text, choices=ImportOptions(feet=("right_hand", "left_hand")))
+    assert hands.legs.reach == pytest.approx(robot.legs.reach, abs=1e-12)
+
+
 def _fingers(root):
     for side in ("left", "right"):
         for k in range(2):
