@@ -16,6 +16,19 @@ from gaitopt.nlp import Array
 from gaitopt.settings import checked
 from gaitopt.simulate.mujoco_model import SimulatedRobot
 
+_UNITS = {
+    "delay": " s", "duration": " s", "armature": " kg·m²", "angle": " rad", "rate": " rad/s",
+    "attitude": " rad", "turning": " rad/s", "position": " m", "velocity": " m/s",
+}  # fmt: skip
+
+
+def _require(what: str, **values: float) -> None:
+    """Refuse values that are not finite or below 0."""
+    for name, value in values.items():
+        if not 0.0 <= value < np.inf:
+            unit = _UNITS.get(name, "")
+            raise InputError(f"the {name} of a {what} is {value:g}{unit}; it must be 0 or more")
+
 
 @checked
 @dataclass(frozen=True)
@@ -27,12 +40,23 @@ class Push:
         step: during which it begins, the first is 0.
         phase: share of that step's designed duration at which it begins.
         duration: of the force, which is constant [s].
+
+    Raises:
+        InputError: the impulse is not finite, or another value is below 0 or no share.
     """
 
     impulse: tuple[float, float, float]
     step: int = 4
     phase: float = 0.5
     duration: float = 0.05
+
+    def __post_init__(self) -> None:
+        _require("push", step=self.step, phase=self.phase, duration=self.duration)
+        if not np.isfinite(self.impulse).all() or self.phase > 1.0:
+            raise InputError(
+                f"the impulse of a push is {self.impulse} N·s at {self.phase:g} of a step; give "
+                "finite numbers, and a share of at most 1"
+            )
 
 
 @checked
@@ -44,6 +68,9 @@ class SensorNoise:
         angle, rate: of the joints [rad, rad/s].
         attitude, turning: of the base [rad, rad/s].
         position, velocity: of the base [m, m/s].
+
+    Raises:
+        InputError: one is below 0.
     """
 
     angle: float = 0.0005
@@ -53,6 +80,9 @@ class SensorNoise:
     position: float = 0.001
     velocity: float = 0.02
 
+    def __post_init__(self) -> None:
+        _require("noise", **vars(self))
+
 
 @checked
 @dataclass(frozen=True)
@@ -61,10 +91,16 @@ class StartError:
 
     Attributes:
         angle, rate: of each joint [rad, rad/s].
+
+    Raises:
+        InputError: one is below 0.
     """
 
     angle: float = 0.005
     rate: float = 0.05
+
+    def __post_init__(self) -> None:
+        _require("start", **vars(self))
 
 
 @checked
@@ -102,12 +138,7 @@ class Disturbance:
         """Refuse what has no meaning."""
         if not (np.isfinite(self.mass) and self.mass > -1.0):
             raise InputError(f"the change of mass {self.mass:g} must be above -1 (no mass left)")
-        for name, value, unit in (
-            ("delay", self.delay, "s"),
-            ("armature", self.armature, "kg·m²"),
-        ):
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"the {name} {value:g} {unit} must not be below 0")
+        _require("disturbance", delay=self.delay, armature=self.armature, seed=self.seed)
         if self.contact_time is not None and not 0.0 < self.contact_time < np.inf:
             raise InputError(f"the contact time {self.contact_time:g} s must be above 0")
         if not np.isfinite(self.ground):

@@ -14,8 +14,9 @@ import numpy as np
 import pinocchio as pin
 from scipy.integrate import trapezoid
 
+from gaitopt.bounds import shown
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError, failure, own_line
 from gaitopt.gait.result import Gait, ground_of
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
@@ -198,9 +199,24 @@ def simulate(
     trajectory, limit = gait.trajectory, gait.joint_limit("torque")
     robot = simulated_robot(trajectory.body, limit, options.friction)
     make = WholeBodyController if controller is None else controller
-    with _without_log():
+    with _without_log(), _told(make):
         made = make(robot, trajectory, limit)
         return _Run(robot, gait, made, options, disturbance).walk()
+
+
+@contextmanager
+def _told(make: MakeController) -> Iterator[None]:
+    """Tell what the code of a controller of one's own raises in our words, with its line."""
+    module = str(getattr(make, "__module__", ""))
+    try:
+        yield
+    except GaitoptError:
+        raise
+    except (Exception, SystemExit) as error:
+        if not own_line(error, module):
+            raise
+        name = getattr(make, "__name__", "of your own")
+        raise InputError(f"the controller {name}: {failure(error, module)}") from error
 
 
 def designed_speed(gait: Gait) -> float:
@@ -313,7 +329,13 @@ class _Run:
                 late = since > _EARLIEST * duration
                 self._prepare_ground(1 - foot, len(times) + 1, late)
             seen = measured(robot, data, self._disturbance.noise, self._rng)
-            way.send(time, self._controller.torque(time, *seen))
+            asked = self._controller.torque(time, *seen)
+            if np.shape(asked) != (len(robot.motors),):
+                raise InputError(
+                    f"the controller asks for the torques {shown(asked)}; return one for each of "
+                    f"the {len(robot.motors)} motors"
+                )
+            way.send(time, asked)
             for tick in range(ticks):
                 data.ctrl[robot.motors] = way.arrived(time + tick * timestep)
                 mujoco.mj_step(robot.model, data)

@@ -209,8 +209,9 @@ def test_a_fall_points_to_what_was_tried():
     ("what", "message"),
     [
         ({"mass": -1.0}, "must be above -1"),
-        ({"delay": -0.001}, "delay -0.001 s must not be below 0"),
-        ({"armature": float("nan")}, "armature nan"),
+        ({"delay": -0.001}, "the delay of a disturbance is -0.001 s; it must be 0 or more"),
+        ({"armature": float("nan")}, "armature of a disturbance is nan"),
+        ({"seed": -1}, "the seed of a disturbance is -1; it"),
         ({"ground": float("inf")}, "must be finite"),
         ({"contact_time": 0.0}, "contact time 0 s must be above 0"),
     ],
@@ -218,3 +219,39 @@ def test_a_fall_points_to_what_was_tried():
 def test_disturbances_without_a_meaning_are_refused(what, message):
     with pytest.raises(InputError, match=message):
         Disturbance(**what)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Push((1.0, float("nan"), 0.0)), "impulse of a push is .1.0, nan, 0.0. N·s at 0.5"),
+        (lambda: Push((1.0, 0.0, 0.0), phase=1.5), "at 1.5 of a step; give finite numbers, and a"),
+        (
+            lambda: Push((1.0, 0.0, 0.0), duration=-1.0),
+            "the duration of a push is -1 s; it must be",
+        ),
+        (lambda: Push((1.0, 0.0, 0.0), step=-1), "the step of a push is -1; it must be 0 or more"),
+        (lambda: SensorNoise(turning=-1.0), "the turning of a noise is -1 rad/s; it"),
+        (lambda: StartError(angle=float("nan")), "the angle of a start is nan rad"),
+    ],
+)
+def test_parts_of_disturbances_without_a_meaning_are_refused(make, message):
+    """They walked on, fell for no reason that was told, or ended in NumPy's words."""
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("torque", "message"),
+    [
+        (
+            lambda *_: 1 / 0,
+            r"controller Wrong: ZeroDivisionError.* \(line \d+ of test_disturbances",
+        ),
+        (lambda *_: [1.0], r"asks for the torques \[1.0\]; return one for each of the \d+ motors"),
+    ],
+)
+def test_a_mistake_in_a_controller_of_ones_own_is_told(gait, torque, message):
+    wrong = type("Wrong", (Limp,), {"__module__": __name__, "torque": torque})
+    with pytest.raises(InputError, match=message):
+        simulate(gait, WalkOptions(steps=1), wrong)
