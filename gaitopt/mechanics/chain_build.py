@@ -158,7 +158,7 @@ def chain_from_axes(
 
     Everything is given at the zero posture in the stance sole frame. Frame R_j gets its origin at
     the given point and its z axis along the given axis; consecutive axes are joined by their common
-    normal, whether they are skew, intersecting or parallel.
+    normal, or, nearly parallel, by a line square to the first and a small turn.
 
     Args:
         origins: a point on each joint axis, shape (n, 3) [m].
@@ -179,9 +179,9 @@ def chain_from_axes(
         parameters(rotations[a].T @ rotations[j + 1], rotations[a].T @ (points[j + 1] - points[a]))
         for j, a in enumerate(antecedent or range(n))
     ]
-    gamma, b, alpha, d, theta, r = np.array(rows).T
+    gamma, b, alpha, d, theta, r, beta = np.array(rows).T
     sigma = np.zeros(n) if sigma is None else sigma
-    joints = JointTable(alpha, d, theta, r, sigma, gamma, b, antecedent)
+    joints = JointTable(alpha, d, theta, r, sigma, gamma, b, antecedent, beta)
     return Chain(
         joints=joints,
         links=link_table(*zero_posture(joints), bodies),
@@ -207,7 +207,7 @@ def _axes_about(axis: Array) -> Array:
 
 def zero_posture(joints: JointTable) -> tuple[Array, Array]:
     """Placements of R_0 to R_n in R0 at zero joint values, (n + 1, 3, 3) and (n + 1, 3)."""
-    table = (joints.gamma, joints.b, joints.alpha, joints.d, joints.theta, joints.r)
+    table = (joints.gamma, joints.b, joints.alpha, joints.d, joints.theta, joints.r, joints.beta)
     return placements(*transforms(*table), joints.antecedent)
 
 

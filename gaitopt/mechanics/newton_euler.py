@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, replace
+from dataclasses import field, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,9 +34,9 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 
-PARALLEL = 1e-8
-"""Below this sine two axes count as parallel [rad]: the dropped tilt and the rounding of the
-distant feet of their common normal are then both about 1e-8 of a length."""
+PARALLEL = 1e-3
+"""Below this sine two axes count as nearly parallel [rad]: their common normal may lie far away and
+rounds as much, so that a small turn `beta` takes its place."""
 
 
 def hat(vector: Array) -> Array:
@@ -55,7 +55,7 @@ def times(matrix: Array, vector: Array) -> Array:
 
 
 def transforms(
-    gamma: Array, b: Array, alpha: Array, d: Array, theta: Array, r: Array
+    gamma: Array, b: Array, alpha: Array, d: Array, theta: Array, r: Array, beta: Array
 ) -> tuple[Array, Array]:
     """Return where each frame lies in the frame before it.
 
@@ -66,26 +66,29 @@ def transforms(
         d: of each joint, shape (n,) [m].
         theta: of each joint, shape (..., n) [rad].
         r: of each joint, shape (..., n) [m].
+        beta: of each joint, shape (n,) [rad].
 
     Returns:
         Rotations A = ^{j-1}A_j, shape (..., n, 3, 3), and origins P = ^{j-1}P_j, (..., n, 3) [m].
     """
-    x, y, z = _turned_axes(gamma, alpha)
+    x, y, z = _turned_axes(gamma, alpha, beta)
+    normal = np.stack([np.cos(gamma), np.sin(gamma), np.zeros_like(gamma)], axis=-1)
     cosine, sine = np.cos(theta)[..., None], np.sin(theta)[..., None]
     z_j = np.broadcast_to(z, (*theta.shape, 3))
     A = np.stack([cosine * x + sine * y, cosine * y - sine * x, z_j], axis=-1)
-    P = np.outer(b, [0.0, 0.0, 1.0]) + d[:, None] * x + r[..., None] * z
+    P = np.outer(b, [0.0, 0.0, 1.0]) + d[:, None] * normal + r[..., None] * z
     return A, P
 
 
-def _turned_axes(gamma: Array, alpha: Array) -> tuple[Array, Array, Array]:
-    """Columns of Rot(z, gamma) Rot(x, alpha), each of shape (n, 3)."""
+def _turned_axes(gamma: Array, alpha: Array, beta: Array) -> tuple[Array, Array, Array]:
+    """Columns of Rot(z, gamma) Rot(x, alpha) Rot(y, beta), each of shape (n, 3)."""
     cg, sg, ca, sa = np.cos(gamma), np.sin(gamma), np.cos(alpha), np.sin(alpha)
+    cb, sb = np.cos(beta)[..., None], np.sin(beta)[..., None]
     zero = np.zeros_like(cg)
     x = np.stack([cg, sg, zero], axis=-1)
     y = np.stack([-sg * ca, cg * ca, sa], axis=-1)
     z = np.stack([sg * sa, -cg * sa, ca], axis=-1)
-    return x, y, z
+    return cb * x - sb * z, y, sb * x + cb * z
 
 
 def placements(A: Array, P: Array, antecedent: Sequence[int]) -> tuple[Array, Array]:
@@ -108,8 +111,8 @@ def placements(A: Array, P: Array, antecedent: Sequence[int]) -> tuple[Array, Ar
     return np.stack(rotations, axis=-3), np.stack(origins, axis=-2)
 
 
-def parameters(rotation: Array, origin: Array) -> tuple[float, float, float, float, float, float]:
-    """Return (gamma, b, alpha, d, theta, r) that place a frame in the frame before it.
+def parameters(rotation: Array, origin: Array) -> tuple[float, ...]:
+    """Return gamma, b, alpha, d, theta, r, beta that place a frame in the frame before it.
 
     Args:
         rotation: of the frame, shape (3, 3).
@@ -119,17 +122,21 @@ def parameters(rotation: Array, origin: Array) -> tuple[float, float, float, flo
     px, py, pz = (float(value) for value in origin)
     sine = math.hypot(zx, zy)
     if sine > PARALLEL:
-        gamma, alpha = math.atan2(zx, -zy), math.atan2(sine, zz)
+        gamma, alpha, beta = math.atan2(zx, -zy), math.atan2(sine, zz), 0.0
         d = px * math.cos(gamma) + py * math.sin(gamma)
         r = (px * math.sin(gamma) - py * math.cos(gamma)) / sine
         b = pz - r * zz
     else:
-        # Parallel axes have a common normal everywhere: take the one through the first origin.
-        gamma, alpha = math.atan2(py, px), 0.0 if zz > 0.0 else math.pi
-        d, b, r = math.hypot(px, py), 0.0, math.copysign(1.0, zz) * pz
-    x, y, _ = _turned_axes(np.array([gamma]), np.array([alpha]))
+        # From the first origin, square to its axis, to the other axis.
+        b, r = 0.0, pz / zz
+        px, py = px - r * zx, py - r * zy
+        gamma, d = math.atan2(py, px), math.hypot(px, py)
+        ahead = zx * math.cos(gamma) + zy * math.sin(gamma)
+        aside = zx * math.sin(gamma) - zy * math.cos(gamma)
+        alpha, beta = math.atan2(aside + 0.0, zz), math.atan2(ahead, math.hypot(aside, zz))
+    x, y, _ = _turned_axes(*(np.array([angle]) for angle in (gamma, alpha, beta)))
     theta = math.atan2(float(y[0] @ rotation[:, 0]), float(x[0] @ rotation[:, 0]))
-    return gamma, b, alpha, d, theta, r
+    return gamma, b, alpha, d, theta, r, beta
 
 
 SOLE_AXES: Array = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -151,6 +158,8 @@ class JointTable:
         b: distance from O_{j-1} to the common normal along z_{j-1} [m]; 0 in Table 1.
         antecedent: a(j): link on which each joint sits, in place of j-1 above where the links
             branch; left out: link j-1, as in Table 1.
+        beta: turn about the y axis between those of alpha and theta, of nearly parallel axes [rad]
+            (Hayati and Mirmirani, J. Robotic Systems 2 (1985)); left out: 0, as in Table 1.
 
     Raises:
         InputError: the arrays differ in shape, or are not finite.
@@ -164,9 +173,12 @@ class JointTable:
     gamma: Array
     b: Array
     antecedent: tuple[int, ...] = ()
+    beta: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         n = len(self.alpha)
+        if not np.size(self.beta):
+            object.__setattr__(self, "beta", np.zeros(n))
         _freeze(self, {f.name: (n,) for f in fields(self) if f.name != "antecedent"})
         if not self.antecedent:
             object.__setattr__(self, "antecedent", tuple(range(n)))
@@ -280,7 +292,7 @@ def joint_transforms(chain: Chain, q: Array) -> tuple[Array, Array]:
     move = chain.sign * q
     theta = table.theta + (1.0 - table.sigma) * move
     r = table.r + table.sigma * move
-    return transforms(table.gamma, table.b, table.alpha, table.d, theta, r)
+    return transforms(table.gamma, table.b, table.alpha, table.d, theta, r, table.beta)
 
 
 def link_placements(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:

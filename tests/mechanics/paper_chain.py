@@ -37,7 +37,7 @@ def _table_1(g: Geometry) -> tuple[JointTable, Array, Array]:
     theta = np.array([0, 0, 0, 0, -1, 0, 0, -1, 0, 0, 0, 0, 0]) * quarter
     d = np.array([g.d1, 0, g.d3, g.d4, 0, 0, g.d7, 0, 0, g.d4, g.d3, 0, g.d1])
     r = np.array([g.l1, 0, 0, g.l4, 0, 0, 0, 0, 0, g.l4, 0, 0, -g.l1])
-    A, P = transforms(zero, zero, alpha, d, theta, r)
+    A, P = transforms(zero, zero, alpha, d, theta, r, zero)
     joints = JointTable(
         alpha=alpha[:-1],
         d=d[:-1],

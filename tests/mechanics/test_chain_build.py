@@ -79,8 +79,8 @@ def lines(rng, kind, n=6):
     axes /= np.linalg.norm(axes, axis=1)[:, None]
     if kind == "parallel":
         axes[1:] = axes[0] * rng.choice([-1.0, 1.0], n - 1)[:, None]
-    if kind == "nearly parallel":  # angles typed with four decimals
-        axes[1:] = axes[0] + rng.normal(0.0, 4e-6, (n - 1, 3))
+    if kind in (typed := {"nearly parallel": 4e-6, "parallel to seven digits": 3e-8}):
+        axes[1:] = axes[0] + rng.normal(0.0, typed[kind], (n - 1, 3))
         axes /= np.linalg.norm(axes, axis=1)[:, None]
     if kind == "meeting":
         origins[1:] = origins[0]
@@ -125,7 +125,8 @@ def pin_from_lines(origins, axes, links, tool, sigma):
         ("parallel", EXACT),
         ("meeting", EXACT),
         ("coinciding", EXACT),
-        ("nearly parallel", 1e-8),  # common normals 1e5 m away cost five digits
+        ("nearly parallel", EXACT),
+        ("parallel to seven digits", EXACT),
     ],
 )
 @seeded
