@@ -169,9 +169,12 @@ def walks_at_best_times(
     search = Search(options, stop=stop)
     near = search.changed(approach="direct", differences="none")
     problem, names = WalkProblem(robot, task), searched_times(task, options)
-    walks = list(filter(is_walk, _first_walks(problem, search, near, start)))
-    if len(walks) > 1 and same_optimum(problem, *((walk.cost, walk.x) for walk in walks)):
-        del walks[1:]  # moves from one and the same lead to one and the same
+    walks: list[Solution] = []
+    for walk in filter(is_walk, _first_walks(problem, search, near, start)):
+        known = ((other.cost, other.x) for other in walks)
+        # moves from one and the same lead to one and the same
+        if not any(same_optimum(problem, (walk.cost, walk.x), one) for one in known):
+            walks.append(walk)
     found = [_moved(problem, walk, names, near) for walk in walks]
     found.sort(key=lambda f: f[1].cost)
     return [(timing, walk.x) for timing, walk in found] or [(task, start)]

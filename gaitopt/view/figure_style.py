@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.escape import printable
+from gaitopt.gait.result import Recorded
 
 STANCE = "#D55E00"
 SWING = "#0072B2"
@@ -165,6 +166,13 @@ def name_on_figure(name: str, longest: int = _LONGEST) -> str:
     shown = printable(name)
     shown = shown if len(shown) <= longest else f"{shown[: longest - 3]}..."
     return shown.replace("$", "\\$")
+
+
+def leg_names(gait: Recorded) -> tuple[str, str]:
+    """Return what the legs are called, in the colours `STANCE` and `SWING`: "right leg", ..."""
+    names = (gait.stance_sole, gait.swing_sole_frame)
+    first, second = (name_on_figure(n.replace("_sole", " leg").replace("_", " ")) for n in names)
+    return first, second
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str = "") -> None:

@@ -45,6 +45,7 @@ from gaitopt.view.figure_style import (
     SWING,
     TRUNK,
     label_axes,
+    leg_names,
     legend_below,
     legends_beside,
     name_on_figure,
@@ -242,7 +243,7 @@ def _transition_walk(transition: Transition) -> Figure:
     ]
     _draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.35), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
-    _name_legs(figure, axes, transition, _sides(transition))
+    _name_legs(figure, axes, transition, leg_names(transition))
     return figure
 
 
@@ -253,7 +254,7 @@ def _transition_forces(transition: Transition) -> Figure:
     figure, (above, below) = panelled((9.0, 5.2), title, 2, sharex=True, height_ratios=_HEIGHTS)
     normal = samples.wrench[..., 2]
     tangential = np.hypot(samples.wrench[..., 0], samples.wrench[..., 1])
-    names = zip(_sides(transition), (STANCE, SWING), strict=True)
+    names = zip(leg_names(transition), (STANCE, SWING), strict=True)
     for foot, (name, colour) in enumerate(names):
         stands = samples.contact[:, foot]
         above.plot(times, np.where(stands, normal[:, foot], np.nan), color=colour, label=name)
@@ -296,13 +297,6 @@ def _mark(axes: Axes, transition: Transition) -> None:
         axes.axvline(time, color=RULE, linewidth=0.8, linestyle=":")
 
 
-def _sides(gait: Recorded) -> tuple[str, str]:
-    """Return what the legs are called, as the feet in the order of contacts."""
-    names = (gait.stance_sole, gait.swing_sole_frame)
-    first, second = (name_on_figure(n.replace("_sole", " leg").replace("_", " ")) for n in names)
-    return first, second
-
-
 def _title(transition: Transition) -> str:
     return name_on_figure(f"{transition.words[0].upper()}{transition.words[1:]}", _TITLE)
 
@@ -333,8 +327,9 @@ def step_figure(gait: Gait) -> Figure:
     spans = [np.ptp(reach(sticks, view)) for view, sticks in seen.items()]  # for both to one scale
     where = f", {words}" if (words := _ground_words(gait)) else ""
     which = "One step" if gait.second is None else "First step of a stride"
+    which += f": {fixed(gait.step_length, 3)} m in {fixed(gait.duration, 3)} s"
     figure, (side, front) = panelled(
-        (6.6, 4.9), f"{which}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}", 1, 2,
+        (6.6, 4.9), f"{which}{where}", 1, 2,
         titles=True, sharey=True, width_ratios=spans,
     )  # fmt: skip
     opacity = np.linspace(_FAINT, 1.0, _SUPERPOSED)
@@ -366,7 +361,7 @@ def walking_figure(gait: Gait) -> Figure:
     landing = np.arange(len(standing)) % _PER_STEP == 0
     _draw_sticks(axes, sticks, SIDE, np.where(landing, 0.95, 0.4), standing)
     label_axes(axes, "forward x [m]", "height z [m]")
-    _name_legs(figure, axes, gait, (*_sides(gait), "trunk"))
+    _name_legs(figure, axes, gait, (*leg_names(gait), "trunk"))
     return figure
 
 
@@ -447,7 +442,7 @@ def _joint_figure(
         x, y = "time [s]" if last else "", unit if panel % COLUMNS == 0 else ""
         room = _BESIDE_LIMIT if axes.get_title(loc="right") else _ALONE
         label_axes(axes, x, y, name_on_figure(group_name(gait, group[0]), room))
-    legs = _sides(gait) if isinstance(gait, Transition) else ("stance", "swing leg")
+    legs = leg_names(gait) if isinstance(gait, Transition) else ("stance", "swing leg")
     _share_legend(figure, panels, " / ".join(legs))
     return figure
 
@@ -458,7 +453,7 @@ def _curves(gait: Gait | Transition, name: str) -> list[tuple[Array, Array, str,
         times, samples = _samples(gait)
         names = gait.trajectory.joint_names
         values = getattr(samples, name)[:, [names.index(one) for one in gait.joint_names]]
-        return [(times, values, "-", _sides(gait))]
+        return [(times, values, "-", leg_names(gait))]
     return [
         (own.time, getattr(own, name), line, (f"stance leg{words}", f"swing leg{words}"))
         for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import fixed
 from gaitopt.dataclass import dataclass
 from gaitopt.design.summary import brace
 from gaitopt.errors import RobotError
@@ -110,7 +111,7 @@ def _overview(inspection: Inspection) -> Section:
         joints = model.njoints - 2
         rows.append(("format", f"{source.format.upper()}, {links} links, {joints} joints"))
         mass = sum(inertia.mass for inertia in model.inertias)
-        rows.append(("mass", f"{mass:.2f} kg"))
+        rows.append(("mass", f"{fixed(mass, 2)} kg"))
         if lost := source.mesh_problems():
             more = f"; {len(lost) - 1} more like it" if len(lost) > 1 else ""
             rows.append(("meshes", f"{lost[0]}{more}"))
@@ -124,11 +125,17 @@ def _overview(inspection: Inspection) -> Section:
 def _size(robot: Robot) -> Iterator[Row]:
     legs = robot.legs
     apart = abs(legs.spacing)
-    yield ("hips", f"{legs.height:.3f} m above the ground with straight legs, {apart:.3f} m apart")
-    yield ("leg", f"{legs.reach:.3f} m from hip to ankle when straight")
+    yield (
+        "hips",
+        f"{fixed(legs.height, 3)} m above the ground with straight legs, {fixed(apart, 3)} m apart",
+    )
+    yield ("leg", f"{fixed(legs.reach, 3)} m from hip to ankle when straight")
     speed = stroll(robot)
     step = legs.natural_step(speed)
-    yield ("an easy walk", f"{speed:.2f} m/s: {step:.2f} m in {step / speed:.2f} s")
+    yield (
+        "an easy walk",
+        f"{fixed(speed, 2)} m/s: {fixed(step, 2)} m in {fixed(step / speed, 2)} s",
+    )
     yield ("knees", _knees(robot))
 
 
@@ -139,7 +146,7 @@ def _knees(robot: Robot) -> str:
     end = (low - straight) if robot.legs.flexion[0] > 0.0 else (straight - high)
     note = ""
     if end > _STRAIGHT:
-        note = f"; its range keeps it {end:.3f} rad from straight"
+        note = f"; its range keeps it {fixed(end, 3)} rad from straight"
     elif np.isfinite(end) and end < -_STRAIGHT:
         note = f"; its range goes {-end:.3f} rad beyond straight, the walk does not"
     name, straight = robot.coupling.names[row], round(straight, 3) + 0.0  # no -0
@@ -182,7 +189,7 @@ def _sign(robot: Robot | None, name: str) -> str:
 
 
 def _limits(limits: JointLimits, row: int, inspection: Inspection, name: str) -> Row:
-    spread = f"{limits.lower[row]:.2f} to {limits.upper[row]:.2f}"
+    spread = f"{fixed(limits.lower[row], 2)} to {fixed(limits.upper[row], 2)}"
     if np.isinf(limits.lower[row]) and np.isinf(limits.upper[row]):
         spread = "none"
     raw = (np.nan, np.nan)

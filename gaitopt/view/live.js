@@ -5,6 +5,7 @@ const asked = new Map(), live = { number: 0, seen: 0, delays: [], viewer, seek, 
 let touched = -Infinity;
 window.gaitoptLive = live;  // for whoever wants to know how fast it is, and what it shows
 const inputs = [...sliders.querySelectorAll("input")], save = document.getElementById("save");
+const verdict = document.getElementById("verdict");
 const tab = String(Math.random());  // several may be open, whose sliders follow each other
 function tell(input) {
   const value = `${brief(wanted(input))} ${input.dataset.unit}`.trim();
@@ -15,6 +16,7 @@ function wanted(input) {  // a slider stands at a step of its own, until it is m
   return Number(input.dataset.value ?? input.value);
 }
 function wishes() { return Object.fromEntries(inputs.map(input => [input.name, wanted(input)])); }
+live.walks = wishes();  // the settings of the walk that is shown
 save.disabled = true;
 socket.onopen = () => {
   save.disabled = false;
@@ -47,6 +49,7 @@ function move_to(settings) {
 }
 function walk(message) {  // its curves at once; the picture and the tables follow
   live.shown = message.number;
+  live.walks = message.settings;
   curves.replace(message.curves);
   say(message.words);
   document.body.classList.add("behind");
@@ -73,10 +76,12 @@ async function answer(message) {
   if (kind === "walk") walk(message);
   if (kind === "motion") return follow(message);
   if (kind === "proof") return say(message.words);
-  if (kind === "none") document.getElementById("verdict").textContent =
-    "the walk before these settings";
+  if (kind === "none" && !refused()) {
+    live.proof = proven();
+    verdict.innerHTML = `the walk before these settings: ${live.proof}`;
+  }
   if (message.text !== undefined) told.textContent = message.text;
-  document.body.classList.toggle("none", kind === "none");
+  if (kind !== "saved") document.body.classList.toggle("none", kind === "none");
   if (message.tab === tab && asked.has(number)) {
     live.delays.push(performance.now() - asked.get(number));
     if (live.delays.length > 1000) live.delays.shift();
@@ -86,10 +91,14 @@ async function answer(message) {
   live.kind = kind;
 }
 viewer.held = now => asked.size > 0 || now - touched < RESTS;
+function refused() { return document.body.classList.contains("none"); }
+function proven() {  // what is known of the walk that is shown: no certificate follows any more
+  return verdict.innerHTML.replace("; its certificate follows", ", not certified");
+}
 socket.onclose = () => {
   for (const control of [...inputs, save]) control.disabled = true;
-  const verdict = document.getElementById("verdict");
-  verdict.textContent = verdict.textContent.replace("; its certificate follows", ", not certified");
+  verdict.innerHTML = refused() ? live.proof : proven();
+  move_to(live.walks);
   told.textContent = "gaitopt has ended; this page shows its last walk.";
 };
 save.onclick = event => {

@@ -19,7 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.atomic import write_atomically
-from gaitopt.bounds import STEPS, at_most
+from gaitopt.bounds import STEPS, at_most, fixed
 from gaitopt.contact import BOTH_FEET
 from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import (
@@ -358,10 +358,10 @@ def _sections(gait: Gait | Transition) -> Iterator[Section]:
             ("joint", "leg", *map(words, heads)),
             tuple(
                 (
-                    one["joint"], one["leg"], f"{one[words('peak_torque_Nm')]:.1f}",
-                    f"{one[words('rms_torque_Nm')]:.1f}", _share(one[words("torque_used")]),
-                    f"{one[words('peak_speed_rad_per_s')]:.2f}", _share(one["speed_used"]),
-                    f"{one['peak_power_W']:.0f}",
+                    one["joint"], one["leg"], fixed(one[words("peak_torque_Nm")], 1),
+                    fixed(one[words("rms_torque_Nm")], 1), _share(one[words("torque_used")]),
+                    fixed(one[words("peak_speed_rad_per_s")], 2), _share(one["speed_used"]),
+                    fixed(one["peak_power_W"], 0),
                 )
                 for one in own
             ),
@@ -383,10 +383,10 @@ def _steps(known: Any) -> Section:
         edges = contact["cop_to_edge_mm"] or {}
         rows.append(
             (
-                str(number + 1), f"{one['duration_s']:.3f}", f"{one['step_length_m']:.3f}",
-                f"{one['peak_torque_Nm']:.1f}", _fixed(contact["friction_used"], 2),
+                str(number + 1), fixed(one["duration_s"], 3), fixed(one["step_length_m"], 3),
+                fixed(one["peak_torque_Nm"], 1), _fixed(contact["friction_used"], 2),
                 _fixed(min(edges.values(), default=None), 1),
-                f"{impact['vertical_impulse_Ns']:.2f}",
+                fixed(impact["vertical_impulse_Ns"], 2),
             )
         )  # fmt: skip
     columns = (
@@ -411,7 +411,7 @@ def _prices(records: Any) -> Iterator[tuple[str, str, str]]:
 
 
 def _fixed(value: float | None, decimals: int) -> str:
-    return "-" if value is None else f"{value:.{decimals}f}"
+    return "-" if value is None else fixed(value, decimals)
 
 
 def _share(used: float | None) -> str:
@@ -426,12 +426,12 @@ def facts(gait: Gait | Transition) -> list[tuple[str, str]]:
         way = [
             ("from", gait.ends[0]),
             ("to", gait.ends[1]),
-            ("steps", f"{len(gait.steps)} in {gait.duration:.3f} s"),
+            ("steps", f"{len(gait.steps)} in {fixed(gait.duration, 3)} s"),
         ]
     else:
         way = [
             ("speed", gait.way),
-            ("step", f"{gait.step_length:.3f} m in {gait.duration:.3f} s"),
+            ("step", f"{fixed(gait.step_length, 3)} m in {fixed(gait.duration, 3)} s"),
             ("ground", ground_of(gait).words or None),
             ("landing", _landing(gait)),
             ("stance foot", _stance(gait)),
@@ -439,7 +439,7 @@ def facts(gait: Gait | Transition) -> list[tuple[str, str]]:
     known = [
         *way,
         ("load", payload_words(gait) or None),
-        ("mass", None if mass is None else f"{mass:.2f} kg"),
+        ("mass", None if mass is None else f"{fixed(mass, 2)} kg"),
         ("cost", None if cost is None else f"{cost:.6g} {gait.cost_unit}"),
         ("solver", gait.fact("status")),
     ]
@@ -487,7 +487,7 @@ def _stance(gait: Gait) -> str | None:
         return None
     angle = np.degrees(gait.foot_angle)
     when = "as it leaves" if gait.closing else "at the impact"
-    return f"{gait.foot_contact} from {gait.turns_at:.3f} s, {angle:.1f}° {when}"
+    return f"{gait.foot_contact} from {fixed(gait.turns_at, 3)} s, {fixed(angle, 1)}° {when}"
 
 
 def _landing(gait: Gait) -> str | None:
@@ -495,7 +495,8 @@ def _landing(gait: Gait) -> str | None:
     if not gait.lands_on_line:
         return None
     angle = np.degrees(gait.landing_angle)
-    return f"{gait.landing_contact}, {angle:.1f}° at the impact, flat at {gait.flat_from:.3f} s"
+    flat = f"flat at {fixed(gait.flat_from, 3)} s"
+    return f"{gait.landing_contact}, {fixed(angle, 1)}° at the impact, {flat}"
 
 
 def _robot(gait: Recorded) -> str:

@@ -22,7 +22,7 @@ from types import TracebackType
 from typing import Any
 
 from tornado.httpserver import HTTPServer
-from tornado.web import Application, StaticFileHandler
+from tornado.web import Application, RequestHandler, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.bounds import shown
@@ -230,10 +230,18 @@ def begin_serving(
 ) -> HTTPServer:
     """Serve Tornado's handlers at a socket, on the loop that runs, and say nothing of requests."""
     application = Application(log_function=lambda _: None, **settings)
-    application.add_handlers(hosts_of(host), handlers)
+    application.add_handlers(hosts_of(host), [*handlers, (r"/favicon.ico", _NoIcon)])
     served = HTTPServer(application)
     served.add_socket(listening)
     return served
+
+
+class _NoIcon(RequestHandler):
+    """Answers browsers, which ask for a picture of the page on their tab, that there is none."""
+
+    def get(self) -> None:
+        """Say so; "not found" would stand as an error in the browser's console."""
+        self.set_status(204)
 
 
 def is_local(host: str) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
@@ -19,7 +20,16 @@ from gaitopt.gait.result import Gait, ground_of
 from gaitopt.mechanics.spatial import upright
 from gaitopt.nlp import Array
 from gaitopt.view.animation import PUSH, PUSH_SEEN, Replay
-from gaitopt.view.figure_style import GREY, GROUND, STANCE, SWING, TRUNK, new_figure, styled
+from gaitopt.view.figure_style import (
+    GREY,
+    GROUND,
+    STANCE,
+    SWING,
+    TRUNK,
+    leg_names,
+    new_figure,
+    styled,
+)
 from gaitopt.view.stick_figures import StickFigures, stick_figures, trunk_top
 
 KINDS = (".mp4", ".webm", ".gif")
@@ -126,8 +136,16 @@ class _Film:
         ]
         self._views[0].draw_ground(self._ground(gait))
         self._title = self._figure.text(0.02, 0.94, "", fontsize=11)
-        self._figure.text(0.98, 0.94, "grey: as designed; from the right, from behind",
-                          ha="right", color=GREY)  # fmt: skip
+        self._figure.text(0.98, 0.94, "from the right, from behind", ha="right", color=GREY)
+        names = (*leg_names(gait), "trunk", "as designed")
+        lines = [
+            Line2D([], [], color=colour, linewidth=4.0, solid_capstyle="round", label=name)
+            for name, colour in zip(names, (STANCE, SWING, TRUNK, GREY), strict=True)
+        ]
+        self._figure.legend(
+            handles=lines, ncols=len(lines), loc="upper left", bbox_to_anchor=(0.01, 0.93),
+            frameon=False, handlelength=1.0, borderaxespad=0.0,
+        )  # fmt: skip
 
     def _ground(self, gait: Gait) -> Array:
         """Return points of the ground from the right, shape (m, 3)."""

@@ -1,12 +1,14 @@
 """`gaitopt live`: sliders are answered with walks, refusals with what would walk."""
 
 import asyncio
+import functools
 import json
 import re
 import signal
 import subprocess
 import sys
 import threading
+import urllib.request
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -321,6 +323,13 @@ def test_nonsense_is_passed_over_other_sites_are_refused_and_a_signal_ends_it(se
     assert process.wait(300) == 0
 
 
+def test_a_browser_that_asks_for_an_icon_is_told_that_there_is_none(served):
+    """What is not found stands as an error in its console."""
+    _, url = served
+    with urllib.request.urlopen(f"{url}favicon.ico", timeout=300) as answer:
+        assert (answer.status, answer.read()) == (204, b"")
+
+
 MOVE = """(() => {{
   const input = document.querySelector('#sliders input[name={name}]');
   input.value = {value}; input.oninput();
@@ -381,4 +390,39 @@ def test_a_browser_moves_the_slider_and_closing_it_ends_everything(served, tmp_p
     assert (tmp_path / "k" / "walk-1" / "gait.npz").exists()
     assert len(moved) > 1000
     assert moved == pytest.approx(new, abs=1e-5)  # of 32-bit numbers
+    assert process.wait(300) == 0
+
+
+VERDICT = "document.getElementById('verdict').textContent"
+TOLD = "document.getElementById('told').textContent"
+LIMIT = "document.querySelector('#sliders input[name=torque_limit]').dataset.value"
+
+
+async def _refused_and_ended(url, folder, end):
+    async with opened(url, folder) as page:
+        await page.wait_for(READY)
+        certified = await page.value(VERDICT)
+        await page.value(MOVE.format(name="torque_limit", value=15))
+        await page.wait_for(f"{VERDICT} !== {json.dumps(certified)}")
+        await page.wait_for(f"{TOLD}.includes('torque limit can be')")
+        seen = [certified, await page.value(VERDICT)]
+        await page.value("document.getElementById('save').click()")
+        await page.wait_for(f"{TOLD}.startsWith('kept')")
+        await page.value(MOVE.format(name="torque_limit", value=16.5))
+        await page.wait_for(f"{TOLD}.includes('torque limit can be')")
+        seen.append(await page.value(VERDICT))
+        end()
+        await page.wait_for(f"{TOLD}.startsWith('gaitopt has ended')")
+        return [*seen, await page.value(VERDICT), await page.value(LIMIT)]
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
+def test_after_a_refusal_and_at_the_end_the_verdict_is_that_of_the_walk_shown(served, tmp_path):
+    process, url = served
+    end = functools.partial(process.send_signal, signal.SIGINT)
+    first, refused, again, ended, limit = asyncio.run(_refused_and_ended(url, tmp_path, end))
+    assert first == ended == "certified"
+    assert refused == again == "the walk before these settings: certified"
+    assert float(limit) == 150.0  # the slider is where the walk is
     assert process.wait(300) == 0

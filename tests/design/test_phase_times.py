@@ -107,6 +107,7 @@ def test_first_walks_that_are_one_and_the_same_are_gone_on_from_once(robot, monk
 
     assert begun(one + 1e-6) == 1
     assert begun(one + 1.0) == 2
+    assert begun(one + 1.0, one + 1e-6, one + 1.0 + 1e-6, one + 2.0) == 3
 
 
 def test_a_beginning_that_is_given_is_taken(robot):

@@ -25,7 +25,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.view.animation import build_scene
 from gaitopt.view.figures import FIGURES, write_figures
-from gaitopt.view.page import _prices, curves, details, headline, page_text, write_page
+from gaitopt.view.page import _prices, curves, details, facts, headline, page_text, write_page
 from gaitopt.view.scene_server import play
 from gaitopt.view.viewer import Node, RecordingWindow, page_file
 
@@ -449,3 +449,10 @@ async def _paper_and_fingers(page, folder):
         assert hidden == "none"
         assert whole > 0.0
         assert wide[0] == pytest.approx(0.7 * wide[1], abs=1.0)
+
+
+def test_huge_numbers_have_four_digits_on_a_page():
+    huge = replace(sample_gait(), meta={**sample_gait().meta, "mass": 3e15})
+    told = dict(facts(huge))
+    assert told["mass"] == "3e+15 kg"
+    assert told["step"].endswith(f" in {sample_gait().duration:.3f} s")

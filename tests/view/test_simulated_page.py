@@ -158,6 +158,24 @@ def test_pictures_show_the_push_while_it_is_to_be_seen():
     assert not np.array_equal(made[0], made[5])
 
 
+def test_a_film_says_which_leg_has_which_colour():
+    film = video._Film(GAIT, PUSHED, video.trunk_top(GAIT))
+    film.picture(3)
+    (legend,) = film._figure.legends
+    names = [text.get_text() for text in legend.get_texts()]
+    assert names == ["right leg", "left leg", "trunk", "as designed"]
+    colours = dict(zip(names, (line.get_color() for line in legend.get_lines()), strict=True))
+    for view in film._views:
+        for foot, name in ((0, "right leg"), (1, "left leg")):  # the right one stands first
+            (drawn,) = [
+                line
+                for line in view._parts[1]
+                if np.array_equal(line.get_xdata(), film._walks[1].legs[3, foot][:, view._axis])
+            ]
+            assert drawn.get_color() == colours[name]
+        assert {line.get_color() for line in view._parts[0]} == {colours["as designed"]}
+
+
 def ffmpeg(folder, body):
     """A program that stands in for ffmpeg, written in Python."""
     path = folder / "ffmpeg"
