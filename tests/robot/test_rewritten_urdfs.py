@@ -1,4 +1,4 @@
-"""What a URDF says is one thing, how it says it another: the same robot walks the same."""
+"""What a file says is one thing, how it says it another: the same robot walks the same."""
 
 import functools
 
@@ -7,6 +7,9 @@ import pinocchio as pin
 import pytest
 from example_robots import example_robot, needs_example_robots
 from humanoids import add_joint, add_link
+from mjcf_rewritings import REWRITINGS as MJCF_REWRITINGS
+from mjcf_rewritings import rewritten as rewritten_mjcf
+from places import CASES
 from reference_cases import biped
 from tied_bipeds import tied
 from urdf_edits import edited_urdf
@@ -52,6 +55,18 @@ def of_biped():
 def test_the_biped_is_the_same_however_it_is_written(how):
     found = facts(Robot.from_urdf(rewritten(biped().urdf, how, seed=1)))
     np.testing.assert_allclose(found, of_biped(), rtol=1e-8, atol=1e-8)
+
+
+@functools.cache
+def of_mjcf(name):
+    return facts(Robot.from_urdf(CASES / f"{name}.xml"))
+
+
+@pytest.mark.parametrize("name", ["mjcf_damping_stiffness", "mjcf_joint_ref"])
+@pytest.mark.parametrize("how", MJCF_REWRITINGS)
+def test_an_mjcf_robot_is_the_same_however_it_is_written(how, name):
+    robot = Robot.from_urdf(rewritten_mjcf(CASES / f"{name}.xml", how, seed=1))
+    np.testing.assert_allclose(facts(robot), of_mjcf(name), rtol=1e-8, atol=1e-8)
 
 
 @needs_example_robots
