@@ -26,6 +26,7 @@ import pinocchio as pin
 from gaitopt.bounds import MESH, too_large
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import reason_of
+from gaitopt.importers.xml_document import EXPAND, is_macro
 from gaitopt.nlp import Array
 
 LoadMesh = Callable[[str, Array], coal.BVHModelBase]
@@ -66,7 +67,9 @@ class MeshProblem:
             "give the directory that holds its package (--package-dir DIR; in Python "
             "package_dirs), or correct the path"
         )
-        if self.there:
+        if is_macro(self.file):
+            advice = EXPAND
+        elif self.there:
             advice = "the robot is read without it; replace the file, by one in STL format say"
         return f"link '{self.link}': the {self.kind} mesh '{self.file}' {self.reason}; {advice}"
 
@@ -94,7 +97,7 @@ class MeshPaths:
         """Return why a mesh file cannot be used, or an empty string."""
         path = self.find(file)
         if path is None:
-            return "was not found"
+            return "is named by a macro of xacro" if is_macro(file) else "was not found"
         try:
             if large := too_large(path.stat().st_size, MESH):
                 return f"is not read: {large}"

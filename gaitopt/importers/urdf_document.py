@@ -21,10 +21,12 @@ from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.escape import printable
 from gaitopt.importers.report import Faults, listed
 from gaitopt.importers.xml_document import (
+    EXPAND,
     FileProblem,
     NamedElement,
     XmlTree,
     as_number,
+    is_macro,
     number_hint,
 )
 from gaitopt.nlp import Array
@@ -441,13 +443,13 @@ def _check_root(root: Element) -> None:
         if element.tag.rpartition(":")[0] in {"xacro", *spaces} - {""}
     ]
     macros += [f"<{element.tag}>" for element in root if element.tag in _OLD_MACROS]
-    names = (element.get("name", "") for element in root if element.tag in ("link", "joint"))
-    macros += [f'name="{name}"' for name in names if "${" in name]
+    movers = [element for element in root if element.tag in ("link", "joint")]
+    named = [(element, "name") for element in movers]
+    named += [(end, key) for element in movers for end in element for key in ("link", "joint")]
+    texts = ((key, element.get(key, "")) for element, key in named)
+    macros += [f'{key}="{text}"' for key, text in texts if is_macro(text)]
     if macros:
-        raise RobotError(
-            f"the file still holds xacro macros ({macros[0]}); "
-            "expand them first: xacro robot.urdf.xacro > robot.urdf"
-        )
+        raise RobotError(f"the file still holds xacro macros ({macros[0]}); {EXPAND}")
 
 
 def _named(tree: XmlTree, tag: str) -> dict[str, NamedElement]:

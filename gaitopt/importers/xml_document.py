@@ -234,9 +234,18 @@ def as_numbers(text: str) -> tuple[float, ...]:
     return tuple(map(as_number, words)) if words != [""] else ()
 
 
+EXPAND = "expand the xacro macros first: xacro robot.urdf.xacro > robot.urdf"
+"""What to do about a file that is not a robot's yet."""
+
+
+def is_macro(text: str) -> bool:
+    """Return whether a text is one that xacro replaces, as "$(find talos)/foot.stl"."""
+    return "${" in text or "$(" in text
+
+
 def number_hint(text: str) -> str:
     """Return how numbers are written, for a text that looks like some, else an empty string."""
-    if "${" in text or "$(" in text:
-        return " (expand the xacro macros first: xacro robot.urdf.xacro > robot.urdf)"
+    if is_macro(text):
+        return f" ({EXPAND})"
     digits = any(c.isdigit() for c in text)
     return " in digits 0 to 9, as -1.5e-3, with blanks between numbers" if digits else ""

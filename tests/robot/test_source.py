@@ -77,9 +77,18 @@ def test_a_file_and_its_text_describe_the_same_robot(tmp_path, model, rng):
         (
             b"<robot name='a' xmlns:x='http://ros.org/xacro'><x:if value='1'><link name='b'/>"
             b"</x:if></robot>",
-            r"still holds xacro macros \(<x:if>\); expand them",
+            r"still holds xacro macros \(<x:if>\); expand the xacro",
         ),
         (b"<robot name='a'><property name='m' value='2'/></robot>", r"macros \(<property>\)"),
+        (
+            b"<robot name='a'><link name='b'/><joint name='c' type='fixed'>"
+            b"<parent link='${side}_b'/></joint></robot>",
+            r'xacro macros \(link="\$\{side\}_b"\); expand the xacro macros first: xacro robot',
+        ),
+        (
+            b"<robot name='a'><link name='$(arg side)_b'/></robot>",
+            r'still holds xacro macros \(name="\$\(arg side\)_b"\)',
+        ),
         (b"<robot name='a'><include filename='legs.urdf'/></robot>", r"macros \(<include>\)"),
         (
             b"<robot name='a'>\n<link name='b'/><group><link name='c'/></group></robot>",
@@ -203,6 +212,16 @@ def test_dead_meshes_are_reported_and_left_out(tmp_path, capfd, model, rng, cont
     assert source.geometry(COLLISION, {"torso"}) is None
     assert source.geometry(COLLISION).ngeoms == 2
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("file", ["$(find talos)/foot.stl", "${meshes}/foot.stl"])
+def test_a_mesh_that_xacro_would_name_is_told_as_one(file):
+    """It is not lost: no directory helps."""
+    (problem,) = read_source(with_mesh(file)).mesh_problems()
+    assert str(problem) == (
+        f"link 'torso': the collision mesh '{file}' is named by a macro of xacro; "
+        "expand the xacro macros first: xacro robot.urdf.xacro > robot.urdf"
+    )
 
 
 BINARY = b"solid".ljust(80) + struct.pack("<I", 1)
