@@ -450,8 +450,15 @@ def _array_fields(kind: type) -> frozenset[str]:
     )
 
 
-def _kinds_of(hint: Any) -> set[Any]:
+def _class_of(hint: Any) -> Any:
+    """Return the class that an annotation names; to NumPy 2.5 an array is an alias of one."""
     kind = get_origin(hint) or hint
+    meant = getattr(kind, "__value__", kind)
+    return get_origin(meant) or meant
+
+
+def _kinds_of(hint: Any) -> set[Any]:
+    kind = _class_of(hint)
     if kind in (Union, UnionType):
         return {one for part in get_args(hint) for one in _kinds_of(part)}
     return {"array" if getattr(kind, "__module__", "") == "numpy" else kind}
@@ -600,7 +607,7 @@ _LISTS = (tuple, Sequence, Iterable, Collection)
 
 
 def _said(hint: Any) -> str:
-    kind, parts = get_origin(hint) or hint, get_args(hint)
+    kind, parts = _class_of(hint), get_args(hint)
     if kind in (Union, UnionType):
         return " or ".join(dict.fromkeys(map(_said, parts)))
     if kind not in _SAID:
@@ -621,7 +628,7 @@ def _fits(value: Any, hint: Any) -> bool:
     """Return whether a value is of a kind; of one that nobody can tell anything is."""
     if type(value) is hint:  # as nearly all are
         return True
-    kind, parts = get_origin(hint) or hint, get_args(hint)
+    kind, parts = _class_of(hint), get_args(hint)
     if kind in (Union, UnionType):
         return any(_fits(value, part) for part in parts)
     if not isinstance(kind, type) or kind in (object, Any):

@@ -154,9 +154,9 @@ def test_plain_subclasses_may_have_attributes(decorate: Callable[..., Any]) -> N
         plain.x = 2.0
 
 
-@BOTH
-def test_nan_and_arrays_equal_themselves(decorate: Callable[..., Any]) -> None:
-    kind = decorate(frozen=True)(type("Base", (), {"__annotations__": {"x": float}}))
+def test_nan_and_arrays_equal_themselves() -> None:
+    """Those of the library do not from Python 3.13 on."""
+    kind = dataclass(frozen=True)(type("Base", (), {"__annotations__": {"x": float}}))
     for value in (float("nan"), np.zeros(3)):
         assert kind(value) == kind(value)
 

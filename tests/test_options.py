@@ -2,16 +2,17 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
 from inspect import isfunction, signature
 from itertools import chain
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import pytest
 from reference_cases import biped
 from sample_gait import sample_gait
+from typing_extensions import TypeAliasType
 
 import gaitopt
 from gaitopt import (
@@ -62,7 +63,7 @@ from gaitopt.gait.transition import Transition, WeightShift
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, Payload
 from gaitopt.model.multibody import Multibody
 from gaitopt.motions.motion import motion
-from gaitopt.settings import _argument_kinds, checked_arguments
+from gaitopt.settings import _argument_kinds, checked_arguments, checked_facts
 from gaitopt.simulate.battery import Check
 from gaitopt.simulate.disturbance import Disturbance, Push, SensorNoise, StartError
 from gaitopt.simulate.walk import WalkOptions
@@ -120,6 +121,18 @@ def test_every_constructor_checks_names_and_kinds(kind):
     values = {one.name: object() for one in fields(kind) if one.init}
     with pytest.raises(InputError):  # in Python's words it would be another error
         kind(**values)
+
+
+def test_arrays_are_known_behind_an_alias():
+    """NumPy's `NDArray` is one from version 2.5 on, where every check of an array was lost."""
+    scalar = TypeVar("scalar")
+    known = np.ndarray[tuple, np.dtype[scalar]]
+    alias = TypeAliasType("Alias", known, type_params=(scalar,))[np.float64]
+    plain = type("Plain", (), {"__annotations__": {"x": alias}, "__module__": __name__})
+    kind = checked_facts(dataclass(frozen=True, eq=False)(plain))
+    assert kind(np.zeros(2)).x.shape == (2,)
+    with pytest.raises(OptionError, match="Plain: x is 'far'; give "):
+        kind("far")
 
 
 def test_facts_of_other_kinds_are_told(robot):
@@ -326,7 +339,7 @@ def test_what_is_of_another_kind_is_refused(robot, use, said):
     [
         (
             lambda r: write_figures(sample_gait(), "a\0b"),
-            "cannot make the directory 'a\0b': embedd",
+            "cannot make the directory 'a\0b':",
         ),
         (lambda r: play(sample_gait(), host="a\0b"), "the host is 'a\\x00b'; give an"),
         (lambda r: Robot.from_urdf(r.urdf, stance_sole="\ud800"), "no frame named '\ud800'"),
