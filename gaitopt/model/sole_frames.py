@@ -16,7 +16,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshProblem
 from gaitopt.importers.report import Finding, How
-from gaitopt.importers.xml_document import FileProblem
+from gaitopt.importers.xml_document import EXPAND, FileProblem, is_macro
 from gaitopt.model.import_options import ImportOptions, Placement
 from gaitopt.model.scales import REACH
 from gaitopt.model.sole import Sole
@@ -305,6 +305,8 @@ def _unseen_sole(lost: Sequence[FileProblem | MeshProblem], frame: str | None) -
     first = f"'{meshes[0].file}' of link '{meshes[0].link}' {meshes[0].reason}"
     which += f"; {many} cannot be used: {first}{', and so on' if count > 1 else ''}"
     advice = "give one in STL format in its place, or " if meshes[0].there else _DIRECTORY
+    if is_macro(meshes[0].file):
+        advice = f"{EXPAND}, or give "
     return RobotError(f"{shows}{where}{which}; {advice}{_RECTANGLE}{drop}")
 
 

@@ -288,6 +288,21 @@ def test_feet_of_nothing_ask_for_a_sole(capfd):
     assert capfd.readouterr().err == ""
 
 
+def test_feet_whose_meshes_xacro_would_name_are_told_what_to_run():
+    shape = "<geometry><mesh filename='$(find talos)/foot.stl'/></geometry>"
+
+    def edit(root):
+        for side in SIDES:
+            foot = link(root, f"{side}_foot")
+            for element in [*foot.findall("collision"), *foot.findall("visual")]:
+                foot.remove(element)
+            foot.append(ET.fromstring(f"<collision>{shape}</collision>"))
+
+    told = r"\$\(find talos\)/foot.stl' .* is named by a macro of xacro; expand the xacro macros"
+    with pytest.raises(RobotError, match=told):
+        Robot.from_urdf(edited_urdf(edit))
+
+
 def test_a_dead_mesh_does_not_stop_reading(robot, capfd):
     mesh = "<visual><geometry><mesh filename='package://lost/foot.stl'/></geometry></visual>"
     text = edited_urdf(lambda root: link(root, "left_shin").append(ET.fromstring(mesh)))
