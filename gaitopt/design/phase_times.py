@@ -16,7 +16,7 @@ from gaitopt.design.design import checked_start
 from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.pipeline import Design, attempt, is_walk, landed_softly, same_optimum
 from gaitopt.errors import GaitoptError, InputError, StoppedError
-from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.initial_guess import first_guess, retimed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
@@ -194,7 +194,8 @@ def _moved(
             key = () if trial is None else tuple(times_of(trial, names).values())
             if trial is None or key in tried:
                 break
-            found = attempt(WalkProblem(robot, trial), search, walk.x)
+            moved = WalkProblem(robot, trial)
+            found = attempt(moved, search, retimed(walk.x, WalkProblem(robot, task), moved))
             tried[key] = found
             if not (is_walk(found) and found.cost < walk.cost):
                 break

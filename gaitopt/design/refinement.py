@@ -173,10 +173,10 @@ def resting_walk(
         held = _at_extremes(fine, located(fine, x), active)
         for steps in range(1, STEPS + 1):
             stage = _Stage(sparse, held)
-            step = stage.step(x, solver, last)
+            step = stage.step(x, solver, last, first=steps == 1)
             if step is None or (steps > 2 and step.length > CONTRACTION * max(last, before)):
                 break
-            if steps > 1 and step.length >= WARM_RADIUS:
+            if steps > 1 and _leads_away(step):
                 break  # from here on multipliers grow, and programs with them are hardly solvable
             slow = step.length > (NEAR if steps == 1 else max(RENEWED * last, NEAR))
             before, last = last, step.length
@@ -298,6 +298,10 @@ def _belongs(row: ActiveRow, extreme: Extreme, rivals: Sequence[float]) -> bool:
     return near and distance <= min(abs(row.instant - rival) for rival in rivals)
 
 
+def _leads_away(step: ElasticStep) -> bool:
+    return step.length >= WARM_RADIUS
+
+
 class _Stage:
     """One step of Newton's method: the walk at the instants of the moment."""
 
@@ -349,8 +353,11 @@ class _Stage:
             k = int(np.abs(block.times - (row.instant + later)).argmin())
         return int(start + k * block.lower.shape[1] + row.entry)
 
-    def step(self, x: Array, solver: SQP, last: float) -> ElasticStep | None:
-        """Return the step from x in scaled variables; `last` is the length of the one before."""
+    def step(self, x: Array, solver: SQP, last: float, first: bool = True) -> ElasticStep | None:
+        """Return the step from x in scaled variables; `last` is the length of the one before.
+
+        After the first one, a step that leads away is not asked to keep all rows.
+        """
         nlp, scale = self.nlp, self.nlp.variables.scale
         point = nlp.point(x)
         iterate = make_iterate(nlp, point, self.multipliers, np.zeros(x.size))
@@ -364,19 +371,22 @@ class _Stage:
         reach = min(WARM_RADIUS, 2.0 * last)
         for most in (np.inf, MOST):
             model = build_model(nlp, iterate, hessian, False, penalty, tight=True, most=most)
-            step = self._solved(model, penalty, reach, solver)
+            step = self._solved(model, penalty, reach, solver, first)
             if step is not None or model.convex.sigma <= MOST:
                 return step
         return None
 
     def _solved(
-        self, model: LocalModel, penalty: float, reach: float, solver: SQP
+        self, model: LocalModel, penalty: float, reach: float, solver: SQP, first: bool
     ) -> ElasticStep | None:
         while True:
             posed = pose_subproblem(model, WARM_RADIUS, penalty, reach)
             step = solve_subproblem(posed, solver.qp_solver)
-            kept = step is None or step.slack <= solver.feasibility
-            if kept or penalty >= solver.max_penalty:
+            if step is None or step.slack <= solver.feasibility:
+                return step
+            if not first and _leads_away(step):
+                return step  # which ends the search; programs with more penalty are hardly solvable
+            if penalty >= solver.max_penalty:
                 return step
             penalty *= RAISE  # multipliers of a row grow where it is held nearer to such an end
 

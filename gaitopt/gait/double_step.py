@@ -95,6 +95,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         self._size = self.chart.matrix.shape[1]  # of x
         touch, changes = float(self.schedule.changes[-1]), self.schedule.changes
         self.touch, early = touch, shared_knots(np.array([0.0, *changes]), layout.postures)
+        self.knots = early
         late = np.array([touch, 0.5 * (touch + 1.0), 1.0])
         self.both = grid.instants > touch
         single = np.minimum(grid.instants, touch)

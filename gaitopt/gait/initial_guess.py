@@ -46,6 +46,7 @@ from gaitopt.mechanics.inverse_kinematics import LegKinematics, loop_gap
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.nlp import Array
 
+_DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
 _CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
 _LONGEST = 0.97  # of the leg's length, in double support
 _STRAIGHT = 0.995  # likewise, beyond which the pelvis of the guess is lowered to that
@@ -446,6 +447,28 @@ def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
             return x
         lifted += model.chart.matrix[at] * float((np.sqrt(room) - after[:, 2]).min())
     return lifted
+
+
+def retimed(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
+    """Return x (P,) with postures at inner knots as the motion of `old` has them at those of `new`.
+
+    Knots share the phases of a step, so that at other times of phases the same postures are
+    another motion.
+
+    Raises:
+        EvaluationError: the walk is not defined at x.
+    """
+    found, count = x.copy(), len(new.models)
+    shares = [np.round(model.knots[1:-1], _DIGITS) for model in new.models]
+    instants = np.concatenate([(number + one) / count for number, one in enumerate(shares)])
+    missing = np.setdiff1d(np.round(instants, _DIGITS), np.round(old.grid.instants, _DIGITS))
+    fine = old.with_grid(old.grid.with_instants(missing))
+    each = zip(new.models, fine.models, fine.steps(x), shares, strict=True)
+    for model, dense, step, at in each:
+        rows = np.abs(dense.grid.instants[:, None] - at).argmin(axis=0)
+        here = model.chart.matrix[model.layout.knots].argmax(axis=1)
+        found[here] = step.motion[0, rows].ravel()
+    return found
 
 
 def _legs(problem: WalkProblem, number: int, x: Array) -> Array:

@@ -14,7 +14,7 @@ from gaitopt.design.phase_times import STEPS, _after, best_times, walks_at_best_
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed, retimed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Solution, Start, Status
@@ -194,6 +194,36 @@ def test_moves_keep_to_what_a_task_allows():
     both = preset_task(duration=0.5, double_support=0.1)
     assert _after(both, "double_support", 2.0).double_support == pytest.approx(0.2)
     assert _after(both, "double_support", 4.0) is None
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"toe_off": 0.7},
+        {"toe_off": 0.7, "heel_strike": 0.2},
+        {"toe_off": 0.7, "double_support": 0.05},
+        {"toe_off": 0.7, "speed": 0.5, "turn_rate": 0.4},
+    ],
+)
+def test_a_walk_at_other_times_has_the_postures_that_it_had_there(robot, changes):
+    task = preset_task(duration=0.5, samples=15, **changes)
+    old, new = (WalkProblem(robot, replace(task, toe_off=share)) for share in (0.7, 0.78))
+    rng, scale = np.random.default_rng(0), old.variables.scale
+    x = first_guess(old) + 0.02 * scale * rng.normal(size=scale.size)
+    y = retimed(x, old, new)
+    assert not np.array_equal(x, y)
+    count = len(old.models)
+    for number, model in enumerate(new.models):
+        shares = np.round(model.knots[1:-1], 12)
+
+        def postures(walk, at, number=number, shares=shares):
+            dense = walk.with_grid(walk.grid.with_instants((number + shares) / count))
+            instants = dense.models[number].grid.instants
+            rows = np.abs(instants[:, None] - shares).argmin(axis=0)
+            return dense.steps(at)[number].motion[0, rows]
+
+        np.testing.assert_allclose(postures(new, y), postures(old, x), atol=1e-9)
+    np.testing.assert_allclose(retimed(x, old, old), x, atol=1e-9)
 
 
 def test_an_unknown_way_to_find_times_is_refused():

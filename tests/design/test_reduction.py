@@ -17,6 +17,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
 from gaitopt.solvers.sqp import WARM_RADIUS
+from gaitopt.solvers.subproblem import solve_subproblem
 from gaitopt.tolerances import REFINED
 
 SOLVER = SQP()
@@ -165,8 +166,8 @@ def test_steps_to_the_edge_of_the_region_are_no_way_to_a_minimum(at_extremes, mo
     sparse, fine, x, active, _ = at_extremes
     wanted, taken = _Stage.step, []
 
-    def too_long(self, x, solver, last):
-        step = wanted(self, x, solver, last)
+    def too_long(self, x, solver, last, first):
+        step = wanted(self, x, solver, last, first)
         taken.append(step)
         edge = np.zeros(x.size)
         edge[0] = WARM_RADIUS
@@ -176,6 +177,23 @@ def test_steps_to_the_edge_of_the_region_are_no_way_to_a_minimum(at_extremes, mo
     monkeypatch.setattr(_Stage, "after", lambda self, x, step: (x, self.held))
     assert resting_walk(sparse, fine, x, active, SOLVER) is None
     assert len(taken) == 2
+
+
+@pytest.mark.parametrize(("first", "programs"), [(False, 1), (True, 5)])
+def test_a_step_that_leads_away_is_not_asked_to_keep_all_rows(
+    at_extremes, monkeypatch, first, programs
+):
+    sparse, _, x, _, held = at_extremes
+    stage, asked = _Stage(sparse, held), []
+
+    def edge(posed, backend):
+        asked.append(posed.gradient[-1])
+        step = solve_subproblem(posed, backend)
+        return replace(step, d=np.full(x.size, WARM_RADIUS), slack=1e-3)
+
+    monkeypatch.setattr("gaitopt.design.refinement.solve_subproblem", edge)
+    assert stage.step(x, SOLVER, np.inf, first).length == WARM_RADIUS
+    assert len(asked) == programs
 
 
 def test_where_nothing_presses_the_program_has_no_row_but_the_one_held(at_extremes):
