@@ -407,9 +407,11 @@ class WalkProblem(NLP):
         """Return whether the impulse of the landing all but vanishes.
 
         Where no impulse within the limits lifts the rear foot, as down stairs, they leave zero
-        alone: docs/decisions/landing.md. Landing so may be asked for; then it is none.
+        alone: docs/decisions/landing.md. Landing so may be asked for; then it is none, and
+        neither where a double support begins gently, without any impulse.
         """
-        if self.task.margins.soft_landing or self.task.margins.landing_speed is not None:
+        margins, gentle = self.task.margins, self.schedule.closing and not self.schedule.striking
+        if gentle or margins.soft_landing or margins.landing_speed is not None:
             return False
         whole = self.whole(x)
         momentum = self.robot.mass * abs(whole.step_length) / whole.duration

@@ -95,6 +95,17 @@ def test_only_walks_whose_impulse_vanishes_are_taken_for_such(level):
     assert not impulse_vanishes(problem, replace(found, status=Status.STALLED))
 
 
+@pytest.mark.parametrize("touch_down", ["gentle", "impact"])
+def test_a_double_support_that_begins_gently_has_no_impulse_that_could_vanish(robot, touch_down):
+    task = preset_task(speed=0.6, duration=0.5, double_support=0.05, touch_down=touch_down)
+    problem = WalkProblem(robot, task)
+    x = first_guess(problem)
+    if touch_down == "impact":
+        x[problem.model.layout.push] = 0.0
+    assert not problem.step(x).impulse.any()
+    assert problem.is_tip(x) is (touch_down == "impact")
+
+
 @pytest.mark.parametrize("of_its_own", [True, False])
 def test_where_going_on_proves_nothing_it_starts_afresh(level, monkeypatch, of_its_own):
     """The walk at hand is not proven; that of starts of its own is taken only if it is."""
