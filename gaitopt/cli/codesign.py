@@ -418,7 +418,7 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
             }
             for case, a, b in zip(study.walks, found.before, found.after, strict=True)
         ],
-        "motors": _motors_of(found, [case.label for case in study.walks]),
+        "motors": _motors_of(found),
         "before": whole[0],
         "after": whole[1],
         "trials": [
@@ -436,12 +436,13 @@ _ASKED = ("peak_torque", "peak_speed", "rms_torque", "peak_power")
 _MORE = 1.01  # times as much as before, for a motor to be told of
 
 
-def _motors_of(found: CoDesign, labels: Sequence[str]) -> dict[str, dict[str, Any]]:
+def _motors_of(found: CoDesign) -> dict[str, dict[str, Any]]:
     """Return what each motor must deliver before and after, the most over all walks."""
     told: dict[str, dict[str, Any]] = {}
     for name, gaits in (("before", found.before), ("after", found.after)):
-        by_label = {f"{k} {labels[k]}": gait for k, gait in enumerate(gaits)}
-        for one in worst_case(requirements(by_label), _ASKED):
+        # A walk may move other joints than the next, so that each is asked by itself.
+        asked = [one for gait in gaits for one in requirements({"": gait})]
+        for one in worst_case(asked, _ASKED):
             own = told.setdefault(one.motor, {})
             own[name] = {figure: one.values[figure] for figure in _ASKED}
             own["units"] = {k: motion_words(UNITS[k], slides=one.slides) for k in _ASKED}

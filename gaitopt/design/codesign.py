@@ -22,6 +22,7 @@ from gaitopt.actuators.motors import MOTORS, Drive, MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.dataclass import dataclass
+from gaitopt.design.active_set import active_rows, placed
 from gaitopt.design.audit import problem_of
 from gaitopt.design.options import COUNT, DesignOptions, Search
 from gaitopt.design.pipeline import complete
@@ -567,6 +568,8 @@ class WarmWalks:
 
     def _solved(self, problem: WalkProblem, known: WalkProblem, x: Array, y: Array) -> Solution:
         solver = SQP(tolerance=_INNER, max_iterations=_CRAWLS).near_solution()
+        if y.size != problem.rows.lower.size:  # nearer legs have other pairs of bodies
+            y = placed(problem, active_rows(known, y))
         start = Start(resized(x, known, problem), y)
         found = solver.solve(problem, start, None, self.search.ends)
         self.solved, self.evaluations = self.solved + 1, self.evaluations + found.evaluations

@@ -114,9 +114,10 @@ def test_gear_ratios_are_chosen(cli, tmp_path):
 
 
 @needs_example_robots
-def test_a_robot_of_a_file_gets_choices(cli, tmp_path):
-    vary = ("--vary", "foot_mass=0.55kg:0.65kg")
-    result = cli("codesign", "--robot", "g1", *vary, "--speeds", "0.6", *QUICK, "-o", tmp_path)
+def test_a_robot_of_a_file_gets_choices_and_may_move_other_joints_in_each_walk(cli, tmp_path):
+    asked = ("--vary", "foot_mass=0.55kg:0.65kg", "--speeds", "0.6", "--walk",
+             "speed=0.5 move=waist_yaw_joint")  # fmt: skip
+    result = cli("codesign", "--robot", "g1", *asked, *QUICK, "-o", tmp_path)
     assert result.exit_code == 0, result.stderr
     summary = json.loads((tmp_path / "codesign.json").read_text("utf-8"))
     assert summary["after"] < summary["before"]
@@ -125,6 +126,7 @@ def test_a_robot_of_a_file_gets_choices(cli, tmp_path):
     settings = {"robot": "g1", "choices": str(tmp_path / "choices.toml")}
     before, after = make_robot({"robot": "g1"}), make_robot(settings)
     assert before.mass - after.mass == pytest.approx(2.0 * (0.608 - 0.55))
+    assert {"knee", "waist_yaw_joint"} < summary["motors"].keys()
     gait = load_gait(tmp_path / "after" / "1.npz")
     assert problem_of(gait).robot.mass == pytest.approx(after.mass)
 

@@ -31,6 +31,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import cost_of_text
 from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.capsules import capsule_rows, leg_capsules
 from gaitopt.model.import_options import PartChange
 from gaitopt.model.robot import Robot
@@ -154,6 +155,19 @@ def test_the_outer_gradient_of_a_robot_of_a_file():
         assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
     with pytest.raises(InputError, match="of a robot of a file cannot be chosen"):
         Study(g1, (Variable("foot_width", 0.05, 0.07, 0.06),), study.walks)
+
+
+def test_walks_are_followed_to_legs_so_near_that_other_bodies_count():
+    task = preset_task(speed=0.7, samples=21, leg_gap=0.01)
+    case = WalkCase("0.7 m/s", 1.0, task, robot)
+    study = Study(biped13(), (Variable("hip_width", 0.09, 0.14, 0.13),), (case,))
+    walks = WarmWalks(study, list(first_walks(study, QUICK, starts=1)), QUICK)
+    wide, near = np.array([0.13]), np.array([0.09])
+    rows = [WalkProblem(*study.each(study.parameters(w))[0]).rows.lower.size for w in (wide, near)]
+    assert rows[0] > rows[1]
+    begun = walks.trial(wide, None)
+    walks.trial(near, begun)  # a design with whose gaps the search cannot go on may be none
+    assert walks.solved == 2
 
 
 def test_proportions_add_up_to_those_a_file_is_read_with():
