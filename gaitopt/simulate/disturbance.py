@@ -27,7 +27,8 @@ def _require(what: str, **values: float) -> None:
     for name, value in values.items():
         if not 0.0 <= value < np.inf:
             unit = _UNITS.get(name, "")
-            raise InputError(f"the {name} of a {what} is {value:g}{unit}; it must be 0 or more")
+            allowed = "must be 0 or more, and finite"
+            raise InputError(f"the {name} of a {what} is {value:g}{unit}; it {allowed}")
 
 
 @checked

@@ -329,13 +329,7 @@ class _Run:
                 late = since > _EARLIEST * duration
                 self._prepare_ground(1 - foot, len(times) + 1, late)
             seen = measured(robot, data, self._disturbance.noise, self._rng)
-            asked = self._controller.torque(time, *seen)
-            if np.shape(asked) != (len(robot.motors),):
-                raise InputError(
-                    f"the controller asks for the torques {shown(asked)}; return one for each of "
-                    f"the {len(robot.motors)} motors"
-                )
-            way.send(time, asked)
+            way.send(time, self._checked(self._controller.torque(time, *seen)))
             for tick in range(ticks):
                 data.ctrl[robot.motors] = way.arrived(time + tick * timestep)
                 mujoco.mj_step(robot.model, data)
@@ -414,6 +408,24 @@ class _Run:
         lowest = sole[2] - np.abs(turned[2]) @ self._robot.model.geom_size[self._robot.geom[foot]]
         if late or lowest > max(height, place[2]) + _LIFTED:
             place[2] = height
+
+    def _checked(self, asked: object) -> Array:
+        """Return a controller's torques [N·m], copied: it may write into its array again.
+
+        Raises:
+            InputError: they are not a number for each motor.
+        """
+        many = len(self._robot.motors)
+        try:
+            torque = np.array(asked)
+        except ValueError:  # rows of different lengths
+            torque = np.zeros(0)
+        if torque.shape != (many,) or torque.dtype.kind not in "iuf":
+            raise InputError(
+                f"the controller asks for the torques {shown(asked)}; return one number for each "
+                f"of the {many} motors"
+            )
+        return torque
 
     def _push(self, step: int, since: float) -> None:
         """Set the force of the push that is due, at the pelvis."""

@@ -24,6 +24,7 @@ from gaitopt.simulate.disturbance import (
 )
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.walk import WalkOptions, simulate
+from gaitopt.simulate.whole_body import WholeBodyController
 
 
 @pytest.fixture(scope="module")
@@ -248,10 +249,30 @@ def test_parts_of_disturbances_without_a_meaning_are_refused(make, message):
             lambda *_: 1 / 0,
             r"controller Wrong: ZeroDivisionError.* \(line \d+ of test_disturbances",
         ),
-        (lambda *_: [1.0], r"asks for the torques \[1.0\]; return one for each of the \d+ motors"),
+        (lambda *_: [1.0], r"the torques \[1.0\]; return one number for each of the \d+ motors"),
+        (lambda *_: [[1.0], [1.0, 2.0]], r"the torques .*; return one number for each"),
+        (lambda *_: ["1"] * 12, r"the torques .*; return one number for each"),
+        (lambda *_: [None] * 12, r"the torques .*; return one number for each"),
     ],
 )
 def test_a_mistake_in_a_controller_of_ones_own_is_told(gait, torque, message):
     wrong = type("Wrong", (Limp,), {"__module__": __name__, "torque": torque})
     with pytest.raises(InputError, match=message):
         simulate(gait, WalkOptions(steps=1), wrong)
+
+
+def test_a_controller_may_write_into_its_array_again(gait):
+    """Torques on their way were those of now: the delay had no effect."""
+
+    class Thrifty(WholeBodyController):
+        kept = np.zeros(12)
+
+        def torque(self, *seen):
+            self.kept[:] = super().torque(*seen)
+            return self.kept
+
+    walks = [
+        simulate(gait, WalkOptions(steps=1), make, disturbance=Disturbance(delay=0.01)).torque
+        for make in (Thrifty, WholeBodyController)
+    ]
+    assert np.array_equal(*walks)
