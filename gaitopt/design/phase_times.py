@@ -196,6 +196,8 @@ def _moved(
                 break
             moved = WalkProblem(robot, trial)
             found = attempt(moved, search, retimed(walk.x, WalkProblem(robot, task), moved))
+            if not is_walk(found):  # a long move may find one from the same postures alone
+                found = attempt(moved, search, walk.x)
             tried[key] = found
             if not (is_walk(found) and found.cost < walk.cost):
                 break

@@ -9,7 +9,7 @@ import pytest
 from gaitopt.design import phase_times
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
-from gaitopt.design.options import DesignOptions
+from gaitopt.design.options import DesignOptions, Search
 from gaitopt.design.phase_times import STEPS, _after, best_times, walks_at_best_times
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
@@ -108,6 +108,23 @@ def test_first_walks_that_are_one_and_the_same_are_gone_on_from_once(robot, monk
     assert begun(one + 1e-6) == 1
     assert begun(one + 1.0) == 2
     assert begun(one + 1.0, one + 1e-6, one + 1.0 + 1e-6, one + 2.0) == 3
+
+
+def test_a_move_that_fails_from_the_motion_is_made_from_the_postures(robot, monkeypatch):
+    """As that of G1 at 0.6 m/s from 0.86 to 0.94 of the step, where its walk is cheapest."""
+    problem = WalkProblem(robot, preset_task(toe_off=0.7, duration=0.5, samples=9))
+    x, none = first_guess(problem), np.zeros(0)
+    walk = Solution(x, 9.0, none, none, Status.OPTIMAL, 0.0, 0.0, 1, 1, 1, 0.1, "sqp")
+
+    def attempt(trial, search, begin):
+        if not np.array_equal(begin, x):
+            return replace(walk, status=Status.INFEASIBLE, violation=1.0)
+        return replace(walk, cost=9.0 - trial.task.toe_off)
+
+    monkeypatch.setattr(phase_times, "attempt", attempt)
+    task, found = phase_times._moved(problem, walk, ("toe_off",), Search(OPTIONS))
+    assert task.toe_off > 0.7
+    assert found.cost == pytest.approx(9.0 - task.toe_off)
 
 
 def test_a_beginning_that_is_given_is_taken(robot):
