@@ -161,7 +161,7 @@ class NLP(ABC):
         return None
 
     def is_tip(self, x: Array) -> bool:
-        """Return whether limits all but meet at x in a point at which they have no multipliers.
+        """Return whether limits all but meet at x (n,) in a point without multipliers.
 
         As at the tip of a cone. No solver settles there, and one that has come so far may give up.
         """

@@ -128,7 +128,7 @@ def test_readme_links_exist():
 
 def test_docs_name_files_that_there_are():
     known = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.rglob("*.py")]
-    of_readers = {"NAME.py", "calm.py", "hurdles.py", "mine.py", "steady_ankle.py"}
+    of_readers = {"NAME.py", "ball_line.py", "calm.py", "hurdles.py", "mine.py", "steady_ankle.py"}
     named = {
         (page.name, path)
         for page in (ROOT / "docs").rglob("*.md")

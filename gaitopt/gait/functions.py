@@ -65,7 +65,11 @@ class QuantityFunction(ABC):
 @checked_facts
 @dataclass(frozen=True)
 class Linear(QuantityFunction):
-    """Rows = matrix @ quantity, matrix (r, e), or (K, r, e) where each instant has its own."""
+    """Rows = matrix @ quantity, matrix (r, e), or (K, r, e) where each instant has its own.
+
+    Raises:
+        InputError: the matrix is of no real numbers, or of another number of axes.
+    """
 
     matrix: Array
 
@@ -132,6 +136,9 @@ class Entries(QuantityFunction):
         chosen: a slice of the entries, so that nothing is copied.
         count: number of entries of the quantity.
         factor: one for all rows, or shape (r,).
+
+    Raises:
+        InputError: the factor is no real number, and none for each entry chosen.
     """
 
     chosen: slice
@@ -386,6 +393,9 @@ class SquaredNorm(QuantityFunction):
 
     Attributes:
         weights: shape (e,).
+
+    Raises:
+        InputError: they are no real numbers, or not one for each entry.
     """
 
     weights: Array
@@ -451,6 +461,9 @@ def check_width(width: int, quantity: Array, has: str) -> None:
 
     Args:
         has: what it has of that width, as "a SquaredNorm has {} weights".
+
+    Raises:
+        InputError: they are.
     """
     if quantity.shape[-1] != width:
         entries = quantity.shape[-1]

@@ -340,19 +340,19 @@ class Brackets:
         return np.triu(self._first @ self._axes.swapaxes(1, 2), 1)
 
     def ended(self, rates: Array) -> Array:
-        """Of three, the last summed with rates (N, m), shape (N, m, m), symmetric."""
+        """Of three, the last summed with rates (N, m) [rad/s], shape (N, m, m), symmetric."""
         inner = apply(self._across, _beyond(self._axes, rates))
         return symmetric(self._first @ inner.swapaxes(1, 2))
 
     def begun(self, rates: Array) -> Array:
-        """Of three, one before the last summed with rates (N, m), shape (N, m, m)."""
+        """Of three, one before the last summed with rates (N, m) [rad/s], shape (N, m, m)."""
         before = motion_cross_matrix(_before(self._axes, rates))
         inner = apply(before, self._axes)
         both = self._turned(inner) @ self._axes.swapaxes(1, 2)
         return np.triu(both + self._first @ inner.swapaxes(1, 2), 1)
 
     def ended_twice(self, rates: Array) -> Array:
-        """Of four, the last and one before it summed with rates, shape (N, m, m), symmetric."""
+        """Of four, the last and one before it summed with rates [rad/s]; as `ended`, (N, m, m)."""
         before = _before(self._axes, rates)
         inner = apply(self._across, _beyond(self._axes, rates))
         until = motion_cross_matrix(before + self._axes * rates[..., None])

@@ -100,6 +100,9 @@ class Multibody:
         tie: rate of each over that of the one it follows, and its coordinate where that of the
             other is 0 [rad], shape (t, 2).
         tie_bend: coefficients of the second to the fourth power of the other's angle, (t, 3).
+
+    Raises:
+        OptionError: an array has another shape.
     """
 
     name: str

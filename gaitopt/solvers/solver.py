@@ -51,13 +51,16 @@ class Solver(ABC):
     ) -> Solution:
         """Solve the program from `start`.
 
-        Whatever happens on the way is told by `Solution.status`, never by an exception.
+        What happens on the way is told by `Solution.status`, not by an exception.
 
         Args:
             start: where to begin; a point outside its bounds is moved onto them.
             on_progress: called once per iteration.
             stop: asked once per iteration; where it says True, the solver returns its best
                 iterate with the status INTERRUPTED.
+
+        Raises:
+            InputError: it is a solver of one's own, and is not what a solver has to be.
         """
 
     @property
@@ -297,6 +300,11 @@ class SingleStage(Solver):
         on_progress: ProgressCallback | None = None,
         stop: StopCallback | None = None,
     ) -> Solution:
+        """Solve the program as `Solver` says.
+
+        Raises:
+            InputError: a solver of one's own has no name, raises, or returns no solution.
+        """
         if not is_line(getattr(self, "name", None)):
             raise InputError(
                 f"the solver {type(self).__name__} has no name; give its class a text: name = "
