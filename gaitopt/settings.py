@@ -307,7 +307,7 @@ def _check_number(name: str, value: Any, said: Mapping[str, Any]) -> None:
     elif least is not None and value < least:
         must = "not be negative" if least == 0.0 else f"be at least {least:g}"
     elif most is not None and value > most:
-        must = f"be at most {most:g}{unit and ' '}{unit}{degrees}"
+        must = f"be at most {most:g} {'' if said['unit'] == SINE else unit}".rstrip() + degrees
     else:
         return
     given = f"{shown(value)} {'' if value is None else unit}".rstrip()

@@ -56,7 +56,7 @@ CASES = [
     (["--sigma", "1e9"], "sigma is 1000000000.0 rad; it must be from 0 to 3.1416 rad"),
     (
         ["--trunk-pitch", "5"],
-        "trunk_pitch is 5.0 rad; .* at most 1.5708; for degrees .*6deg",
+        "trunk_pitch is 5.0 rad; .* at most 1.5708 rad; for degrees .*6deg",
     ),
     (["--trunk-roll", "200deg"], "trunk_roll is 3.49.* rad; it must be at most 1.5708"),
     (["--trunk-yaw", "3"], "trunk_yaw is 3.0 rad; it must be at most 1.5708"),

@@ -399,6 +399,10 @@ class Odd(Terrain):
     said: object = "odd ground"
     shape: object = None
 
+    @property
+    def shaped(self):
+        return self.shape is not None
+
     def words(self, step):
         return told(self.said)
 

@@ -149,7 +149,7 @@ class Ground(Profile):
 class Field(Terrain):
     """A terrain of one's own."""
 
-    name = "field"
+    name, shaped = "field", True
     ground: Ground
 
     def words(self, step):
