@@ -1,4 +1,5 @@
-# Sourced by the scripts: makes .venv with the project installed, once for each pyproject.toml.
+# Sourced by the scripts: makes .venv with the project installed, once for each pyproject.toml and
+# each version of what is compiled.
 # Sets `root` and puts the environment's programs first on the path.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -35,7 +36,7 @@ use_environment() {
       || complain "pip cannot be brought up to date; see the messages above, then run $0 again"
   fi
   stamp="$venv/.installed$extras"
-  wanted="$(cksum < "$root/pyproject.toml") $root"
+  wanted="$(cat "$root/pyproject.toml" "$root/setup.py" "$root"/gaitopt/mechanics/*.[ch]pp | cksum) $root"
   if [ "$(cat "$stamp" 2>/dev/null || true)" != "$wanted" ]; then
     printf 'installing gaitopt%s (once)\n' "$extras" >&2
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --editable "$root$extras" \

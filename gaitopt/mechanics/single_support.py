@@ -4,8 +4,9 @@ The effort is [R0; Gamma] of Eq. (1) for the rigid bodies, plus what the joints 
 (damping, Coulomb friction, springs; docs/physics.md), less the weight that is carried from outside.
 Motion and torques are those of the n joints that follow no other (see `Coupling`).
 
-One `pin.Data` serves all instants, and all walks of a robot in a thread; its results are live views
-that are copied out after each: faster than a Data per instant, whose 0.4 MB each leave the
+Where kernels are built (`compiled`) they compute all instants, else Pinocchio one after the other.
+One `pin.Data` then serves all instants, and all walks of a robot in a thread; its results are live
+views that are copied out after each: faster than a Data per instant, whose 0.4 MB each leave the
 processor's caches (measured: a third at 31 instants, two fifths at 301).
 """
 
@@ -19,6 +20,7 @@ import pinocchio as pin
 
 from gaitopt.contact import ContactMode
 from gaitopt.dataclass import dataclass
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.forward_kinematics import (
     ForwardKinematics,
     corner_hessian,
@@ -138,12 +140,9 @@ class _Workspace:
     def __init__(self, robot: Robot) -> None:
         self.data = data = robot.model.createData()
         self.neutral = pin.neutral(robot.model)
-        frame = robot.model.frames[robot.swing_frame]
-        points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
-        self.corners_in_last = points
         self.effort, self.axes = data.tau, data.J[:, 6:].T
         self.slopes = [getattr(data, name)[:, 6:] for name in ("dtau_dq", "dtau_dv", "M")]
-        last = data.oMi[frame.parentJoint]
+        last = data.oMi[robot.model.frames[robot.swing_frame].parentJoint]
         self.rotation, self.origin = last.rotation, last.translation
 
 
@@ -153,16 +152,7 @@ class SingleSupport:
     def __init__(self, robot: Robot, count: int) -> None:
         self.robot = robot
         self.count = count
-        model = robot.model
-        self._q = np.full((count, model.nq), cached_workspace(robot, _Workspace).neutral)
-        self._v = np.zeros((count, model.nv))
-        self._a = np.zeros((count, model.nv))
-        self._instants = list(zip(self._q, self._v, self._a, strict=True))  # views
         self._joints = robot.physics.passive
-
-    def __reduce__(self) -> tuple[type[SingleSupport], tuple[Robot, int]]:
-        """Be made anew where it is copied: copies of views follow no array."""
-        return SingleSupport, (self.robot, self.count)
 
     @property
     def _carried(self) -> GravityCompensation | None:
@@ -173,50 +163,43 @@ class SingleSupport:
             else cached_workspace(self.robot, GravityCompensation)
         )
 
-    def _load(self, q: Array, dq: Array, ddq: Array) -> CoupledMotion:
-        """Take a motion of free joints; return that of all."""
-        motion = self.robot.coupling.motion(np.array([q, dq, ddq]))
-        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = motion.of_all
-        return motion
-
     def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
         """Return wrench, torques and swing foot at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
-        motion_of_all = self._load(q, dq, ddq)
-        q, dq, _ = motion_of_all.of_all
-        model, at = self.robot.model, cached_workspace(self.robot, _Workspace)
-        data = at.data
-        effort = np.empty((self.count, model.nv))
-        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
-        for k, motion in enumerate(self._instants):
-            pin.rnea(model, data, *motion)
-            pin.updateGlobalPlacements(model, data)
-            effort[k], rotation[k], origin[k] = at.effort, at.rotation, at.origin
+        motion = self.robot.coupling.motion(np.array([q, dq, ddq]))
+        q, dq, _ = motion.of_all
+        effort, foot, *_ = self._inverse_dynamics(motion.of_all, derivatives=False)
         if (carried := self._carried) is not None:
             effort -= carried.effort(q)
         if self._joints is not None:
             effort[:, 6:] += passive_torque(self._joints, q, dq).value
-        effort = motion_of_all.tangent.effort(effort)
-        return SupportState(effort, corner_positions(rotation, origin, at.corners_in_last))
+        effort = motion.tangent.effort(effort)
+        return SupportState(effort, self._corners(foot))
+
+    def _inverse_dynamics(
+        self, of_all: Array, derivatives: bool
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return `by_pinocchio`, by the kernels where they are built."""
+        if compiled.in_use():
+            q, dq, ddq = of_all
+            return compiled.bodies_of(self.robot).inverse_dynamics(q, dq, ddq, derivatives)
+        return by_pinocchio(self.robot, of_all, derivatives)
+
+    def _corners(self, foot: Array) -> Array:
+        """Corners of the swing sole, shape (N, 4, 3), from the frames (N, 4, 3) of its body."""
+        frame, sole = self.robot.model.frames[self.robot.swing_frame].placement, self.robot.sole
+        in_last = sole.corners @ frame.rotation.T + frame.translation
+        return corner_positions(foot[:, :3], foot[:, 3], in_last)
 
     def derivatives(
         self, q: Array, dq: Array, ddq: Array
     ) -> tuple[SupportState, SupportDerivatives]:
         """Return the state and its exact derivatives at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
-        motion = self._load(q, dq, ddq)
+        motion = self.robot.coupling.motion(np.array([q, dq, ddq]))
         q, dq, _ = motion.of_all
-        model, at = self.robot.model, cached_workspace(self.robot, _Workspace)
-        data, (by_position, by_rate, by_acceleration) = at.data, at.slopes
-        tree, n = self.robot.tree, self.robot.tree.size
-        effort = np.empty((self.count, 6 + n))
-        jacobian = np.empty((self.count, 6 + n, 3 * n))
-        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
-        axes = np.empty((self.count, n, 6))
-        of_q, of_dq, of_ddq = (jacobian[:, :, k * n : (k + 1) * n] for k in range(3))
-        for k, instant in enumerate(self._instants):
-            pin.computeRNEADerivatives(model, data, *instant)
-            effort[k], rotation[k], origin[k] = at.effort, at.rotation, at.origin
-            of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
-            axes[k] = at.axes
+        model, tree, n = self.robot.model, self.robot.tree, self.robot.tree.size
+        found = self._inverse_dynamics(motion.of_all, derivatives=True)
+        effort, foot, jacobian, axes = found
+        of_q, of_dq = (jacobian[:, :, k * n : (k + 1) * n] for k in range(2))
         if (carried := self._carried) is not None:
             unneeded, unneeded_slope = carried.derivatives(q)
             effort -= unneeded
@@ -227,7 +210,7 @@ class SingleSupport:
             each = np.arange(n)
             of_q[:, 6 + each, each] += passive.by_angle
             of_dq[:, 6 + each, each] += passive.by_rate
-        corners = corner_positions(rotation, origin, at.corners_in_last)
+        corners = self._corners(foot)
         of_all, tangent = (effort, jacobian), motion.tangent
         if not tangent.of.none:
             effort = tangent.effort(effort)
@@ -250,6 +233,42 @@ class SingleSupport:
             carried=carried,
         )
         return SupportState(effort, corners), derivatives
+
+
+def by_pinocchio(
+    robot: Robot, motion: Array, derivatives: bool
+) -> tuple[Array, Array, Array, Array]:
+    """Return the inverse dynamics of rigid bodies whose stance foot rests.
+
+    Args:
+        robot: rooted at its stance sole.
+        motion: q, dq, ddq of all n joints [rad, rad/s, rad/s²], shape (3, N, n).
+        derivatives: whether the last two are wanted; else they have no instants.
+
+    Returns:
+        Wrench and torques [N, N·m] (N, 6 + n); axes by rows and origin of the body of the swing
+        foot (N, 4, 3); the effort's derivatives in (q, dq, ddq) (N, 6 + n, 3 n); axes of the joints
+        in the world (N, n, 6).
+    """
+    model, at = robot.model, cached_workspace(robot, _Workspace)
+    data, (by_position, by_rate, by_acceleration) = at.data, at.slopes
+    count, n = motion.shape[1:]
+    effort, foot = np.empty((count, 6 + n)), np.empty((count, 4, 3))
+    rows = count if derivatives else 0
+    jacobian, axes = np.empty((rows, 6 + n, 3 * n)), np.empty((rows, n, 6))
+    q, v, a = np.tile(at.neutral, (count, 1)), np.zeros((count, 6 + n)), np.zeros((count, 6 + n))
+    q[:, 7:], v[:, 6:], a[:, 6:] = motion
+    of_q, of_dq, of_ddq = (jacobian[:, :, k * n : (k + 1) * n] for k in range(3))
+    for k, instant in enumerate(zip(q, v, a, strict=True)):
+        if derivatives:
+            pin.computeRNEADerivatives(model, data, *instant)
+            of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
+            axes[k] = at.axes
+        else:
+            pin.rnea(model, data, *instant)
+            pin.updateGlobalPlacements(model, data)
+        effort[k], foot[k, :3], foot[k, 3] = at.effort, at.rotation, at.origin
+    return effort, foot, jacobian, axes
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,51 @@
+"""Which mechanics are compiled: inner loops over instants and joints, in C++.
+
+The plain path, NumPy and Pinocchio, computes the same and is the oracle of the tests. It takes over
+where the kernels were not built, or are not wanted: GAITOPT_COMPILED=0 in the environment. Why
+there are two: docs/decisions/compiled.md.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from gaitopt.model.joint_tree import FIRST, TWIST, joint_axes
+from gaitopt.model.robot import Robot, cached_workspace
+
+try:
+    from gaitopt.mechanics import kernels
+except ImportError:
+    BUILT = False
+else:
+    BUILT = True
+
+WANTED = os.environ.get("GAITOPT_COMPILED", "1") != "0"
+
+
+def in_use() -> bool:
+    """Return whether the kernels compute, not the plain path."""
+    return BUILT and WANTED
+
+
+class _Compiled:
+    def __init__(self, robot: Robot) -> None:
+        model = robot.model
+        joints = range(FIRST, model.njoints)
+        placements = [model.jointPlacements[j] for j in joints]
+        inertias = [model.inertias[j] for j in range(FIRST - 1, model.njoints)]
+        self.bodies = kernels.Bodies(
+            parents=list(robot.tree.parents),
+            foot=robot.tree.swing_foot - 1,
+            placements=np.array([[*p.rotation.ravel(), *p.translation] for p in placements]),
+            axes=joint_axes(model),
+            inertias=np.array([[b.mass, *b.lever, *b.inertia.ravel()] for b in inertias]),
+            armature=np.array(model.armature[TWIST:]),
+            gravity=np.array(model.gravity.linear),
+        )
+
+
+def bodies_of(robot: Robot) -> kernels.Bodies:
+    """Return the robot as the kernels have it, made once."""
+    return cached_workspace(robot, _Compiled).bodies

@@ -1,0 +1,91 @@
+// The compiled module: checks shapes and hands NumPy's tables over. See compiled.py.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "kernels.hpp"
+
+namespace py = pybind11;
+
+namespace gaitopt {
+namespace {
+
+using Table = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// Refuse a table of another shape: nothing may be read beyond its end.
+void expect(const Table &table, const char *name, std::initializer_list<py::ssize_t> shape) {
+  bool fits = table.ndim() == static_cast<py::ssize_t>(shape.size());
+  py::ssize_t axis = 0;
+  for (const py::ssize_t length : shape) fits = fits && table.shape(axis++) == length;
+  if (fits) return;
+  std::string asked;
+  for (const py::ssize_t length : shape) asked += std::to_string(length) + ", ";
+  throw std::invalid_argument(std::string(name) + " must have shape (" + asked + ")");
+}
+
+std::vector<double> copied(const Table &table) {
+  return std::vector<double>(table.data(), table.data() + table.size());
+}
+
+Bodies bodies_of(const std::vector<int> &parents, int foot, const Table &placements,
+                 const Table &axes, const Table &inertias, const Table &armature,
+                 const Table &gravity) {
+  Bodies robot;
+  const auto n = static_cast<py::ssize_t>(parents.size());
+  expect(placements, "placements", {n, 12});
+  expect(axes, "axes", {n, 3});
+  expect(inertias, "inertias", {n + 1, 13});
+  expect(armature, "armature", {n});
+  expect(gravity, "gravity", {3});
+  robot.count = static_cast<int>(n);
+  robot.foot = foot;
+  for (int j = 0; j < robot.count; ++j) {
+    if (parents[j] < -1 || parents[j] >= j)
+      throw std::invalid_argument("a joint must come after the one that carries it");
+    robot.serial = robot.serial && parents[j] == j - 1;
+  }
+  if (foot < 0 || foot >= robot.count)
+    throw std::invalid_argument("the swing foot must be moved by one of the joints");
+  robot.parents = parents;
+  robot.placements = copied(placements);
+  robot.axes = copied(axes);
+  robot.inertias = copied(inertias);
+  robot.armature = copied(armature);
+  std::copy(gravity.data(), gravity.data() + 3, robot.gravity.begin());
+  return robot;
+}
+
+py::tuple support(const Bodies &robot, const Table &q, const Table &dq, const Table &ddq,
+                  bool derivatives) {
+  const py::ssize_t n = robot.count, count = q.ndim() == 2 ? q.shape(0) : 0;
+  expect(q, "q", {count, n});
+  expect(dq, "dq", {count, n});
+  expect(ddq, "ddq", {count, n});
+  py::array_t<double> effort({count, 6 + n}), frame({count, py::ssize_t{4}, py::ssize_t{3}});
+  const py::ssize_t rows = derivatives ? count : 0;
+  py::array_t<double> jacobian({rows, 6 + n, 3 * n}), axes({rows, n, py::ssize_t{6}});
+  const Motions motion = {count, q.data(), dq.data(), ddq.data()};
+  const SupportTables found = {effort.mutable_data(), frame.mutable_data(),
+                               derivatives ? jacobian.mutable_data() : nullptr,
+                               derivatives ? axes.mutable_data() : nullptr};
+  {
+    py::gil_scoped_release others;
+    inverse_dynamics(robot, motion, found);
+  }
+  return py::make_tuple(effort, frame, jacobian, axes);
+}
+
+}  // namespace
+}  // namespace gaitopt
+
+PYBIND11_MODULE(kernels, module) {
+  using namespace gaitopt;
+  py::class_<Bodies>(module, "Bodies")
+      .def(py::init(&bodies_of), py::arg("parents"), py::arg("foot"), py::arg("placements"),
+           py::arg("axes"), py::arg("inertias"), py::arg("armature"), py::arg("gravity"))
+      .def("inverse_dynamics", &support, py::arg("q"), py::arg("dq"), py::arg("ddq"),
+           py::arg("derivatives"));
+}

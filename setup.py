@@ -1,0 +1,26 @@
+"""What pyproject.toml cannot say: the compiled kernels, which gaitopt can do without.
+
+Where there is no compiler they are left out, and the plain path of NumPy and Pinocchio computes the
+same (docs/decisions/compiled.md).
+"""
+
+from pathlib import Path
+
+from pybind11.setup_helpers import Pybind11Extension
+from setuptools import setup
+
+MECHANICS = Path("gaitopt/mechanics")
+
+setup(
+    ext_modules=[
+        Pybind11Extension(
+            "gaitopt.mechanics.kernels",
+            sorted(map(str, MECHANICS.glob("*.cpp"))),
+            depends=sorted(map(str, MECHANICS.glob("*.hpp"))),
+            cxx_std=17,
+            # no product is fused with a sum, so that all processors give the same numbers
+            extra_compile_args=["-O3", "-fno-math-errno", "-ffp-contract=off", "-Wno-psabi"],
+            optional=True,
+        )
+    ]
+)
