@@ -52,8 +52,19 @@ def _print_version(wanted: bool) -> None:
     if wanted:
         from gaitopt.version import __version__
 
-        typer.echo(f"gaitopt {__version__}")
+        typer.echo(f"gaitopt {__version__}\nkernels: {_kernels()}")
         raise typer.Exit
+
+
+def _kernels() -> str:
+    try:
+        import gaitopt.mechanics.kernels  # noqa: F401
+    except ImportError:
+        return (
+            "not compiled, so that a walk takes twice as long; install gaitopt again where there "
+            "is a C++ compiler"
+        )
+    return "compiled"
 
 
 _VERSION = typer.Option(

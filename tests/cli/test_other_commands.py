@@ -13,6 +13,7 @@ from gaitopt import Margins, Robot, Task, biped13, read_spec, urdf_text
 from gaitopt.catalogue.parameters import changed
 from gaitopt.cli.config import SCHEMA
 from gaitopt.gait.presets import PRESETS
+from gaitopt.mechanics import compiled
 from gaitopt.solvers import SOLVERS
 from gaitopt.version import __version__
 
@@ -74,9 +75,15 @@ def test_export_of_both_legs(cli, designed, tmp_path):
     assert lengths == [32, 63]
 
 
-def test_version(cli):
+def test_version(cli, monkeypatch):
     result = cli("--version")
-    assert (result.exit_code, result.stdout) == (0, f"gaitopt {__version__}\n")
+    first, second = result.stdout.splitlines()
+    assert (result.exit_code, first) == (0, f"gaitopt {__version__}")
+    assert second.startswith("kernels: compiled") == compiled.BUILT
+    monkeypatch.setitem(
+        sys.modules, "gaitopt.mechanics.kernels", None
+    )  # as where they are not built
+    assert "install gaitopt again where there is a C++ compiler" in cli("--version").stdout
 
 
 def test_help_shows_defaults_and_does_not_set_them(cli, quick):
