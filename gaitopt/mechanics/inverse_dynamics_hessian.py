@@ -162,7 +162,7 @@ def inverse_dynamics_hessian(
     """Return the second derivatives of lambda . tau.
 
     Components come first and the joints of all instants last, so that every product runs along all
-    of them: two thirds of the time of stacks of small matrices (docs/decisions/compiled.md).
+    of them: two thirds of the time of stacks of small matrices (docs/decisions/speed.md).
 
     Args:
         inertias: world spatial inertias of the n moving bodies, shape (N, n, 6, 6).

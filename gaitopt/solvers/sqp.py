@@ -84,7 +84,7 @@ EARLY, EARLY_FEASIBLE = 0.03, 1e-3
 """Length of the next step and violation with which a run ends that need not arrive (measured)."""
 VENTURES, VENTURED = 5, 0.1
 """Times that a run from a guess may take a step that is refused although the model fits, and the
-most violation that may lead to, in scaled rows (measured: docs/decisions/compiled.md)."""
+most violation that may lead to, in scaled rows (measured: docs/decisions/speed.md)."""
 CHORD = 0.3
 """Share of the tolerance below which the residual is to fall where no new Hessian is computed
 (measured: it ends within a fifth and five times of what is predicted)."""
@@ -370,7 +370,7 @@ class _Run:
 
         Where the model was made convex for other rows, it keeps the step from letting these go. A
         second program is cheap beside an evaluation. Far from the limits it may lead to another
-        optimum (measured: docs/decisions/compiled.md).
+        optimum (measured: docs/decisions/speed.md).
         """
         if model.convex.sigma == 0.0:
             return model, posed, step

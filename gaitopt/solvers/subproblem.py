@@ -43,7 +43,7 @@ ACTIVE = 1e-7
 REACH = 0.01
 """Rows nearer than this share of the largest change a step can make are given to the quadratic
 program at first. A fifth of those within 0.3 are; a few programs more take two thirds of the time
-(measured: docs/decisions/compiled.md)."""
+(measured: docs/decisions/speed.md)."""
 
 Mask = NDArray[np.bool_]
 Active = tuple[Indices, ...]
