@@ -1,8 +1,8 @@
-// Spatial algebra for four instants at a time.
+// Spatial algebra for four instants at a time, or for one.
 //
 // A walk's instants need the same arithmetic, so that a number here is a lane: the four values that
 // it has at four instants, which the processor adds and multiplies together. What is written with
-// lanes reads as if it were for one instant.
+// lanes reads as if it were for one instant; for what has a single one numbers are doubles.
 //
 // Motions and forces are about the world origin, linear part first, as in spatial.py.
 #pragma once
@@ -50,93 +50,157 @@ struct Instants {
 };
 
 GAITOPT_INLINE Lane all(double value) { return Lane{value, value, value, value}; }
+GAITOPT_INLINE Lane sine(Lane angle) {
+  for (int lane = 0; lane < LANES; ++lane) angle[lane] = std::sin(angle[lane]);
+  return angle;
+}
+GAITOPT_INLINE double sine(double angle) { return std::sin(angle); }
+GAITOPT_INLINE Lane cosine(Lane angle) {
+  for (int lane = 0; lane < LANES; ++lane) angle[lane] = std::cos(angle[lane]);
+  return angle;
+}
+GAITOPT_INLINE double cosine(double angle) { return std::cos(angle); }
 
-struct Vector {
-  Lane x, y, z;
+// Of how many instants a number is: N of what follows.
+struct Four {
+  using Number = Lane;
+  static GAITOPT_INLINE Lane all(double value) { return gaitopt::all(value); }
 };
+struct One {
+  using Number = double;
+  static GAITOPT_INLINE double all(double value) { return value; }
+};
+template <class N>
+using Number = typename N::Number;
 
-GAITOPT_INLINE Vector operator+(const Vector &a, const Vector &b) {
+template <class N>
+struct VectorOf {
+  Number<N> x, y, z;
+};
+using Vector = VectorOf<Four>;
+
+template <class N>
+GAITOPT_INLINE VectorOf<N> operator+(const VectorOf<N> &a, const VectorOf<N> &b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-GAITOPT_INLINE Vector operator-(const Vector &a, const Vector &b) {
+template <class N>
+GAITOPT_INLINE VectorOf<N> operator-(const VectorOf<N> &a, const VectorOf<N> &b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-GAITOPT_INLINE Vector operator*(Lane s, const Vector &a) { return {s * a.x, s * a.y, s * a.z}; }
-GAITOPT_INLINE Vector &operator+=(Vector &a, const Vector &b) { return a = a + b; }
-GAITOPT_INLINE Lane dot(const Vector &a, const Vector &b) {
+template <class N>
+GAITOPT_INLINE VectorOf<N> operator*(Number<N> s, const VectorOf<N> &a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+template <class N>
+GAITOPT_INLINE VectorOf<N> &operator+=(VectorOf<N> &a, const VectorOf<N> &b) { return a = a + b; }
+template <class N>
+GAITOPT_INLINE Number<N> dot(const VectorOf<N> &a, const VectorOf<N> &b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-GAITOPT_INLINE Vector cross(const Vector &a, const Vector &b) {
+template <class N>
+GAITOPT_INLINE VectorOf<N> cross(const VectorOf<N> &a, const VectorOf<N> &b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-GAITOPT_INLINE Vector constant(const double *xyz) { return {all(xyz[0]), all(xyz[1]), all(xyz[2])}; }
-GAITOPT_INLINE Vector nothing() { return {all(0.0), all(0.0), all(0.0)}; }
+template <class N = Four>
+GAITOPT_INLINE VectorOf<N> constant(const double *xyz) {
+  return {N::all(xyz[0]), N::all(xyz[1]), N::all(xyz[2])};
+}
+template <class N = Four>
+GAITOPT_INLINE VectorOf<N> nothing() {
+  return {N::all(0.0), N::all(0.0), N::all(0.0)};
+}
 
 // A matrix by its rows.
-struct Matrix {
-  Vector x, y, z;
+template <class N>
+struct MatrixOf {
+  VectorOf<N> x, y, z;
 };
+using Matrix = MatrixOf<Four>;
 
-GAITOPT_INLINE Vector operator*(const Matrix &A, const Vector &v) {
+template <class N>
+GAITOPT_INLINE VectorOf<N> operator*(const MatrixOf<N> &A, const VectorOf<N> &v) {
   return {dot(A.x, v), dot(A.y, v), dot(A.z, v)};
 }
-GAITOPT_INLINE Matrix operator+(const Matrix &A, const Matrix &B) {
+template <class N>
+GAITOPT_INLINE MatrixOf<N> operator+(const MatrixOf<N> &A, const MatrixOf<N> &B) {
   return {A.x + B.x, A.y + B.y, A.z + B.z};
 }
 // A' v
-GAITOPT_INLINE Vector transposed(const Matrix &A, const Vector &v) {
+template <class N>
+GAITOPT_INLINE VectorOf<N> transposed(const MatrixOf<N> &A, const VectorOf<N> &v) {
   return v.x * A.x + v.y * A.y + v.z * A.z;
 }
 // u A, row after row
-GAITOPT_INLINE Matrix operator*(const Matrix &A, const Matrix &B) {
+template <class N>
+GAITOPT_INLINE MatrixOf<N> operator*(const MatrixOf<N> &A, const MatrixOf<N> &B) {
   return {transposed(B, A.x), transposed(B, A.y), transposed(B, A.z)};
 }
-GAITOPT_INLINE Matrix constant_matrix(const double *rows) {
-  return {constant(rows), constant(rows + 3), constant(rows + 6)};
+template <class N = Four>
+GAITOPT_INLINE MatrixOf<N> constant_matrix(const double *rows) {
+  return {constant<N>(rows), constant<N>(rows + 3), constant<N>(rows + 6)};
 }
-GAITOPT_INLINE Matrix identity() {
-  const Lane zero = all(0.0), one = all(1.0);
+template <class N = Four>
+GAITOPT_INLINE MatrixOf<N> identity() {
+  const Number<N> zero = N::all(0.0), one = N::all(1.0);
   return {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
 }
 
 // A symmetric matrix.
-struct Symmetric {
-  Lane xx, xy, xz, yy, yz, zz;
+template <class N>
+struct SymmetricOf {
+  Number<N> xx, xy, xz, yy, yz, zz;
 };
+using Symmetric = SymmetricOf<Four>;
 
-GAITOPT_INLINE Symmetric operator+(const Symmetric &A, const Symmetric &B) {
+template <class N>
+GAITOPT_INLINE SymmetricOf<N> operator+(const SymmetricOf<N> &A, const SymmetricOf<N> &B) {
   return {A.xx + B.xx, A.xy + B.xy, A.xz + B.xz, A.yy + B.yy, A.yz + B.yz, A.zz + B.zz};
 }
-GAITOPT_INLINE Vector operator*(const Symmetric &A, const Vector &v) {
+template <class N>
+GAITOPT_INLINE VectorOf<N> operator*(const SymmetricOf<N> &A, const VectorOf<N> &v) {
   return {A.xx * v.x + A.xy * v.y + A.xz * v.z, A.xy * v.x + A.yy * v.y + A.yz * v.z,
           A.xz * v.x + A.yz * v.y + A.zz * v.z};
 }
 
 // A motion or a force.
-struct Pair {
-  Vector linear, angular;
+template <class N>
+struct PairOf {
+  VectorOf<N> linear, angular;
 };
+using Pair = PairOf<Four>;
 
-GAITOPT_INLINE Pair operator+(const Pair &a, const Pair &b) {
+template <class N>
+GAITOPT_INLINE PairOf<N> operator+(const PairOf<N> &a, const PairOf<N> &b) {
   return {a.linear + b.linear, a.angular + b.angular};
 }
-GAITOPT_INLINE Pair operator-(const Pair &a, const Pair &b) {
+template <class N>
+GAITOPT_INLINE PairOf<N> operator-(const PairOf<N> &a, const PairOf<N> &b) {
   return {a.linear - b.linear, a.angular - b.angular};
 }
-GAITOPT_INLINE Pair operator*(Lane s, const Pair &a) { return {s * a.linear, s * a.angular}; }
-GAITOPT_INLINE Pair &operator+=(Pair &a, const Pair &b) { return a = a + b; }
-GAITOPT_INLINE Lane dot(const Pair &a, const Pair &b) {
+template <class N>
+GAITOPT_INLINE PairOf<N> operator*(Number<N> s, const PairOf<N> &a) {
+  return {s * a.linear, s * a.angular};
+}
+template <class N>
+GAITOPT_INLINE PairOf<N> &operator+=(PairOf<N> &a, const PairOf<N> &b) { return a = a + b; }
+template <class N>
+GAITOPT_INLINE Number<N> dot(const PairOf<N> &a, const PairOf<N> &b) {
   return dot(a.linear, b.linear) + dot(a.angular, b.angular);
 }
 // v x y of motions
-GAITOPT_INLINE Pair cross_motion(const Pair &v, const Pair &y) {
+template <class N>
+GAITOPT_INLINE PairOf<N> cross_motion(const PairOf<N> &v, const PairOf<N> &y) {
   return {cross(v.angular, y.linear) + cross(v.linear, y.angular), cross(v.angular, y.angular)};
 }
 // v x* f of a motion and a force
-GAITOPT_INLINE Pair cross_force(const Pair &v, const Pair &f) {
+template <class N>
+GAITOPT_INLINE PairOf<N> cross_force(const PairOf<N> &v, const PairOf<N> &f) {
   return {cross(v.angular, f.linear), cross(v.angular, f.angular) + cross(v.linear, f.linear)};
 }
-GAITOPT_INLINE Pair no_pair() { return {nothing(), nothing()}; }
+template <class N = Four>
+GAITOPT_INLINE PairOf<N> no_pair() {
+  return {nothing<N>(), nothing<N>()};
+}
 
 GAITOPT_INLINE Pair load_pair(const Instants &here, const double *table, std::ptrdiff_t width,
                               std::ptrdiff_t first) {
@@ -152,51 +216,62 @@ GAITOPT_INLINE void store_pair(const Instants &here, double *table, std::ptrdiff
 }
 
 // Inertia of bodies about the world origin: mass, mass times centre, second moments.
-struct Inertia {
-  Lane mass;
-  Vector moment;
-  Symmetric second;
+template <class N>
+struct InertiaOf {
+  Number<N> mass;
+  VectorOf<N> moment;
+  SymmetricOf<N> second;
 };
+using Inertia = InertiaOf<Four>;
 
-GAITOPT_INLINE Inertia operator+(const Inertia &a, const Inertia &b) {
+template <class N>
+GAITOPT_INLINE InertiaOf<N> operator+(const InertiaOf<N> &a, const InertiaOf<N> &b) {
   return {a.mass + b.mass, a.moment + b.moment, a.second + b.second};
 }
 // Momentum along a motion.
-GAITOPT_INLINE Pair operator*(const Inertia &I, const Pair &v) {
+template <class N>
+GAITOPT_INLINE PairOf<N> operator*(const InertiaOf<N> &I, const PairOf<N> &v) {
   return {I.mass * v.linear - cross(I.moment, v.angular),
           cross(I.moment, v.linear) + I.second * v.angular};
 }
 
 // 2 B of Featherstone's Coriolis matrix B along a velocity, with 2 B y = -I (v x y) + y x* (I v) +
 // v x* (I y). It leaves the linear part of y out: above there is -2 f x, f the linear momentum.
-struct Coriolis {
-  Vector momentum;
-  Matrix below;
+template <class N>
+struct CoriolisOf {
+  VectorOf<N> momentum;
+  MatrixOf<N> below;
 };
+using Coriolis = CoriolisOf<Four>;
 
-GAITOPT_INLINE Coriolis operator+(const Coriolis &a, const Coriolis &b) {
+template <class N>
+GAITOPT_INLINE CoriolisOf<N> operator+(const CoriolisOf<N> &a, const CoriolisOf<N> &b) {
   return {a.momentum + b.momentum, a.below + b.below};
 }
-GAITOPT_INLINE Pair operator*(const Coriolis &B, const Pair &y) {
-  return {all(-2.0) * cross(B.momentum, y.angular), B.below * y.angular};
+template <class N>
+GAITOPT_INLINE PairOf<N> operator*(const CoriolisOf<N> &B, const PairOf<N> &y) {
+  return {N::all(-2.0) * cross(B.momentum, y.angular), B.below * y.angular};
 }
 // 2 B' y, whose linear part is 0.
-GAITOPT_INLINE Vector transposed(const Coriolis &B, const Pair &y) {
-  return all(2.0) * cross(B.momentum, y.linear) + transposed(B.below, y.angular);
+template <class N>
+GAITOPT_INLINE VectorOf<N> transposed(const CoriolisOf<N> &B, const PairOf<N> &y) {
+  return N::all(2.0) * cross(B.momentum, y.linear) + transposed(B.below, y.angular);
 }
-GAITOPT_INLINE Coriolis coriolis(const Inertia &I, const Pair &v, const Pair &momentum) {
+template <class N>
+GAITOPT_INLINE CoriolisOf<N> coriolis(const InertiaOf<N> &I, const PairOf<N> &v,
+                                     const PairOf<N> &momentum) {
   // -[h][v] - [v][h] + X + X' - [l], X = [w] J; [a][b] = b a' - (a . b) 1
-  const Vector &h = I.moment, &u = v.linear, &w = v.angular, &l = momentum.angular;
-  const Symmetric &J = I.second;
-  const Vector columns[3] = {
+  const VectorOf<N> &h = I.moment, &u = v.linear, &w = v.angular, &l = momentum.angular;
+  const SymmetricOf<N> &J = I.second;
+  const VectorOf<N> columns[3] = {
       cross(w, {J.xx, J.xy, J.xz}), cross(w, {J.xy, J.yy, J.yz}), cross(w, {J.xz, J.yz, J.zz})};
-  const Lane twice = all(2.0) * dot(h, u);
-  const Lane xx = twice + all(2.0) * (columns[0].x - h.x * u.x);
-  const Lane yy = twice + all(2.0) * (columns[1].y - h.y * u.y);
-  const Lane zz = twice + all(2.0) * (columns[2].z - h.z * u.z);
-  const Lane xy = columns[1].x + columns[0].y - h.x * u.y - h.y * u.x;
-  const Lane xz = columns[2].x + columns[0].z - h.x * u.z - h.z * u.x;
-  const Lane yz = columns[2].y + columns[1].z - h.y * u.z - h.z * u.y;
+  const Number<N> twice = N::all(2.0) * dot(h, u);
+  const Number<N> xx = twice + N::all(2.0) * (columns[0].x - h.x * u.x);
+  const Number<N> yy = twice + N::all(2.0) * (columns[1].y - h.y * u.y);
+  const Number<N> zz = twice + N::all(2.0) * (columns[2].z - h.z * u.z);
+  const Number<N> xy = columns[1].x + columns[0].y - h.x * u.y - h.y * u.x;
+  const Number<N> xz = columns[2].x + columns[0].z - h.x * u.z - h.z * u.x;
+  const Number<N> yz = columns[2].y + columns[1].z - h.y * u.z - h.z * u.y;
   return {momentum.linear,
           {{xx, xy + l.z, xz - l.y}, {xy - l.z, yy, yz + l.x}, {xz + l.y, yz - l.x, zz}}};
 }
