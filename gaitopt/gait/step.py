@@ -33,14 +33,14 @@ from gaitopt.mechanics.forward_kinematics import (
     PostureQuantity,
     PostureQuantityDerivatives,
     Trunk,
-    bodies_of,
+    placed_bodies,
 )
 from gaitopt.mechanics.impact import ClosedJump, FlatJump, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
 from gaitopt.mechanics.spatial import apply
 from gaitopt.model.coupling import Tangent
 from gaitopt.model.joint_tree import TWIST
-from gaitopt.model.robot import Robot, cached_workspace
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Indices
 
 
@@ -390,12 +390,13 @@ class PostureQuantities:
         for what in quantities.BODY_GAPS:
             if what in asked:
                 self._read[what] = _body_gaps(robot, standing, what)
-        self._bodies = cached_workspace(standing, bodies_of) if self._read else None
-        self._coupling = standing.coupling
+        self._standing = standing
 
     def placed(self, q: Array) -> Placements | None:
         """Return the bodies at postures q (N, n) [rad], if anything is read off them."""
-        return None if self._bodies is None else self._bodies.placed(self._coupling.angles(q))
+        if not self._read:
+            return None
+        return placed_bodies(self._standing, self._standing.coupling.angles(q))
 
     def values(self, placed: Placements | None) -> dict[Quantity, Array]:
         """Return what is read off the bodies, of those asked for, shape (N, entries)."""

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from gaitopt.bounds import fixed
 from gaitopt.dataclass import dataclass
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.forward_kinematics import (
     ForwardKinematics,
     Placements,
@@ -271,7 +272,7 @@ class CapsuleGaps(PostureQuantity):
             pairs: of capsules.
         """
         capsules = list(dict.fromkeys(c for pair in pairs for c in pair))  # few, in many pairs
-        self._tree, self._carriers = tree, [c.body for c in capsules]
+        self._tree, self._carriers = tree, np.array([c.body for c in capsules], dtype=np.int64)
         self._levers: Array | None = None
         self._ends = np.array([c.ends for c in capsules])
         number = {c: k for k, c in enumerate(capsules)}
@@ -281,6 +282,7 @@ class CapsuleGaps(PostureQuantity):
         self._radii = np.array([sum(c.radius for c in pair) for pair in pairs])[:, None]
         start, end = self._ends.swapaxes(0, 1)
         self._squares = _dot((end - start).T, (end - start).T)[self.sides]
+        self._segments = np.concatenate([start, end - start], axis=1)
         # where a capsule begins and the vector to its end, in columns, homogeneous
         self._local = np.zeros((len(capsules), 4, 2))
         self._local[:, :3, 0], self._local[:, :3, 1], self._local[:, 3, 0] = start, end - start, 1.0
@@ -320,6 +322,12 @@ class CapsuleGaps(PostureQuantity):
         return np.asarray(np.abs(self.between) * (side - depth[1:]))
 
     def _near(self, placed: Placements) -> Nearest:
+        if compiled.in_use():
+            found = compiled.kernels.nearest(
+                placed.frames, self._carriers, self._segments, self.sides, self._squares
+            )
+            p, q, (s, t), begin, between = np.split(found, [3, 6, 8, 11])
+            return Nearest((p.T, q.T), (s, t), begin.T, between.T)
         frames = placed.frames.take(self._carriers, axis=0)
         count = frames.shape[1]
         ends = (frames.reshape(len(frames), -1, 4) @ self._local).reshape(len(frames), count, 4, 2)

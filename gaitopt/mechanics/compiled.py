@@ -15,7 +15,7 @@ from gaitopt.model.joint_tree import FIRST, TWIST, joint_axes
 from gaitopt.model.robot import Robot, cached_workspace
 
 try:
-    from gaitopt.mechanics import kernels
+    from gaitopt.mechanics import kernels as kernels
 except ImportError:
     BUILT = False
 else:

@@ -25,9 +25,10 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.dataclass import dataclass
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.spatial import pseudo_inertia, skew, symmetric, upright
 from gaitopt.model.joint_tree import FIRST, joint_axes
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.model.sole import LEVEL
 from gaitopt.nlp import Array, Indices
 
@@ -83,8 +84,14 @@ class ForwardKinematics:
         return Placements(world)
 
 
-def bodies_of(robot: Robot) -> ForwardKinematics:
-    """Return the bodies of a robot."""
+def placed_bodies(robot: Robot, q: Array) -> Placements:
+    """Return the placements of a robot's bodies at postures q of all joints (N, n) [rad]."""
+    if compiled.in_use():
+        return Placements(compiled.bodies_of(robot).placed(q))
+    return cached_workspace(robot, _bodies).placed(q)
+
+
+def _bodies(robot: Robot) -> ForwardKinematics:
     return ForwardKinematics(robot.model)
 
 

@@ -14,9 +14,10 @@ namespace gaitopt {
 namespace {
 
 using Table = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Numbers = py::array_t<long, py::array::c_style | py::array::forcecast>;
 
 // Refuse a table of another shape: nothing may be read beyond its end.
-void expect(const Table &table, const char *name, std::initializer_list<py::ssize_t> shape) {
+void expect(const py::array &table, const char *name, std::initializer_list<py::ssize_t> shape) {
   bool fits = table.ndim() == static_cast<py::ssize_t>(shape.size());
   py::ssize_t axis = 0;
   for (const py::ssize_t length : shape) fits = fits && table.shape(axis++) == length;
@@ -78,6 +79,52 @@ py::tuple support(const Bodies &robot, const Table &q, const Table &dq, const Ta
   return py::make_tuple(effort, frame, jacobian, axes);
 }
 
+py::array_t<double> placed(const Bodies &robot, const Table &q) {
+  const py::ssize_t n = robot.count, count = q.ndim() == 2 ? q.shape(0) : 0;
+  expect(q, "q", {count, n});
+  py::array_t<double> frames({n + 1, count, py::ssize_t{4}, py::ssize_t{4}});
+  const double *angles = q.data();
+  double *found = frames.mutable_data();
+  {
+    py::gil_scoped_release others;
+    place_bodies(robot, angles, count, found);
+  }
+  return frames;
+}
+
+// Refuse numbers that are none of so many things.
+void expect_below(const Numbers &numbers, const char *name, py::ssize_t count) {
+  for (py::ssize_t i = 0; i < numbers.size(); ++i)
+    if (numbers.data()[i] < 0 || numbers.data()[i] >= count)
+      throw std::invalid_argument(std::string(name) + " must be from 0 to " +
+                                  std::to_string(count - 1));
+}
+
+py::array_t<double> nearest_points(const Table &frames, const Numbers &carriers,
+                                   const Table &segments, const Numbers &sides,
+                                   const Table &squares) {
+  const py::ssize_t bodies = frames.ndim() == 4 ? frames.shape(0) : 0;
+  const py::ssize_t count = frames.ndim() == 4 ? frames.shape(1) : 0;
+  const py::ssize_t capsules = carriers.size(), pairs = sides.ndim() == 2 ? sides.shape(1) : 0;
+  expect(frames, "frames", {bodies, count, 4, 4});
+  expect(carriers, "carriers", {capsules});
+  expect(segments, "segments", {capsules, 6});
+  expect(sides, "sides", {2, pairs});
+  expect(squares, "squares", {2, pairs});
+  expect_below(carriers, "carriers", bodies);
+  expect_below(sides, "sides", capsules);
+  py::array_t<double> points({py::ssize_t{14}, pairs * count});
+  const Capsules all = {capsules,     pairs,        carriers.data(), segments.data(),
+                        sides.data(), sides.data() + pairs, squares.data()};
+  const double *at = frames.data();
+  double *found = points.mutable_data();
+  {
+    py::gil_scoped_release others;
+    nearest(all, at, count, found);
+  }
+  return points;
+}
+
 }  // namespace
 }  // namespace gaitopt
 
@@ -87,5 +134,8 @@ PYBIND11_MODULE(kernels, module) {
       .def(py::init(&bodies_of), py::arg("parents"), py::arg("foot"), py::arg("placements"),
            py::arg("axes"), py::arg("inertias"), py::arg("armature"), py::arg("gravity"))
       .def("inverse_dynamics", &support, py::arg("q"), py::arg("dq"), py::arg("ddq"),
-           py::arg("derivatives"));
+           py::arg("derivatives"))
+      .def("placed", &placed, py::arg("q"));
+  module.def("nearest", &nearest_points, py::arg("frames"), py::arg("carriers"),
+             py::arg("segments"), py::arg("sides"), py::arg("squares"));
 }

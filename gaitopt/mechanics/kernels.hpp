@@ -19,4 +19,20 @@ struct SupportTables {
 
 void inverse_dynamics(const Bodies &robot, const Motions &motion, const SupportTables &found);
 
+// Frames of the stance foot and the n bodies (n + 1, N, 4, 4), at angles (N, n).
+void place_bodies(const Bodies &robot, const double *angles, std::ptrdiff_t count, double *frames);
+
+// Segments that bodies carry, and pairs of them.
+struct Capsules {
+  std::ptrdiff_t count, pairs;
+  const long *carriers;        // number of the body of each
+  const double *segments;      // where each begins in its frame, and from there to its end (c, 6)
+  const long *first, *second;  // their numbers, of each pair
+  const double *squares;       // squared lengths of the first and of the second ones (2, pairs)
+};
+
+// Nearest points of pairs at N instants, those of each pair side by side: p, q, s, t, begin and
+// between of capsule_distance.py (14, pairs N); frames (bodies, N, 4, 4).
+void nearest(const Capsules &capsules, const double *frames, std::ptrdiff_t count, double *found);
+
 }  // namespace gaitopt

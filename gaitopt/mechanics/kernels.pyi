@@ -1,6 +1,6 @@
 from collections.abc import Sequence
 
-from gaitopt.nlp import Array
+from gaitopt.nlp import Array, Indices
 
 class Bodies:
     def __init__(
@@ -16,3 +16,8 @@ class Bodies:
     def inverse_dynamics(
         self, q: Array, dq: Array, ddq: Array, derivatives: bool
     ) -> tuple[Array, Array, Array, Array]: ...
+    def placed(self, q: Array) -> Array: ...
+
+def nearest(
+    frames: Array, carriers: Indices, segments: Array, sides: Indices, squares: Array
+) -> Array: ...
