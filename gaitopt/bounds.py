@@ -159,6 +159,22 @@ def fixed(value: float, decimals: int) -> str:
     return f"{value:.{decimals}f}" if abs(value) < _MANY else f"{value:.4g}"
 
 
+NOTHING = 0.01
+"""Of the largest of its kind: a percentage of less would tell of rounding, not of a design."""
+
+
+def percentage(before: float, after: float, largest: float) -> float | None:
+    """Return a change in per cent of what was before; None where that is next to nothing.
+
+    Args:
+        before, after: a figure.
+        largest: of its kind, in the same unit.
+    """
+    if not abs(before) > NOTHING * abs(largest):
+        return None
+    return 100.0 * (after / before - 1.0)
+
+
 def read_bounded(path: Path, most: int) -> bytes:
     """Return what a file holds; of a device without an end no more is read than of a file.
 

@@ -68,9 +68,10 @@ def read_number(text: str) -> float:
         ValueError: it holds none. Python's `float` takes 1_0 and digits of other scripts besides,
             which few readers of numbers do.
     """
-    if not text.isascii() or "_" in text:
-        raise ValueError("give a number in digits 0 to 9")
-    return float(text)
+    try:
+        return float(text if text.isascii() and "_" not in text else "")
+    except ValueError:
+        raise ValueError("give a number in digits 0 to 9") from None
 
 
 def read_quantity(value: object, unit: str) -> float:

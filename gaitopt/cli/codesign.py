@@ -433,11 +433,15 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
 
 _ASKED = ("peak_torque", "peak_speed", "rms_torque", "peak_power")
 """Figures of a motor that are told before and after."""
-_MORE = 1.01  # times as much as before, for a motor to be told of
+_MORE = 0.01  # of the largest of its kind, by which a figure grows for its motor to be told of
 
 
 def _motors_of(found: CoDesign) -> dict[str, dict[str, Any]]:
-    """Return what each motor must deliver before and after, the most over all walks."""
+    """Return what each motor must deliver before and after, the most over all walks.
+
+    With it the largest of each figure among all motors of its units, before or after: a designer
+    measures changes by it.
+    """
     told: dict[str, dict[str, Any]] = {}
     for name, gaits in (("before", found.before), ("after", found.after)):
         # A walk may move other joints than the next, so that each is asked by itself.
@@ -446,6 +450,11 @@ def _motors_of(found: CoDesign) -> dict[str, dict[str, Any]]:
             own = told.setdefault(one.motor, {})
             own[name] = {figure: one.values[figure] for figure in _ASKED}
             own["units"] = {k: motion_words(UNITS[k], slides=one.slides) for k in _ASKED}
+    for own in told.values():
+        alike = [one for one in told.values() if one["units"] == own["units"]]
+        own["largest"] = {
+            k: max(one[name][k] for one in alike for name in ("before", "after")) for k in _ASKED
+        }
     return told
 
 
@@ -476,16 +485,21 @@ def _print_result(out: Console, summary: Mapping[str, Any]) -> None:
     out.print(f"{certified} of {len(summary['walks'])} walks are certified")
     for text in summary["held"]:
         out.print(text)
-    more = {
-        (motor, figure): (before, one["after"][figure], one["units"][figure])
-        for motor, one in summary["motors"].items()
+    if more := most_more(summary["motors"]):
+        out.print(f"what a motor must deliver more: {more}; all of them are in {REPORT}")
+
+
+def most_more(motors: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the figure of a motor that grows most, over the largest of its kind; empty: none."""
+    grown = {
+        (motor, figure): (one["after"][figure] - before) / one["largest"][figure]
+        for motor, one in motors.items()
         for figure, before in one["before"].items()
-        if one["after"][figure] > _MORE * before > 0.0
+        if one["largest"][figure] > 0.0
     }
-    if more:
-        motor, figure = max(more, key=lambda one: more[one][1] / more[one][0])
-        before, after, unit = more[motor, figure]
-        out.print(
-            f"what a motor must deliver more: {motor}, {figure.replace('_', ' ')} {before:.3g} -> "
-            f"{after:.3g} {unit}; all of them are in {REPORT}"
-        )
+    motor, figure = max(grown, key=lambda one: grown[one], default=("", ""))
+    if not grown or grown[motor, figure] < _MORE:
+        return ""
+    one = motors[motor]
+    before, after, unit = one["before"][figure], one["after"][figure], one["units"][figure]
+    return f"{motor}, {figure.replace('_', ' ')} {before:.3g} -> {after:.3g} {unit}"

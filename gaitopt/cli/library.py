@@ -10,6 +10,7 @@ from pathlib import Path
 import typer
 from rich.table import Table
 
+from gaitopt.bounds import percentage
 from gaitopt.cli.command_options import LibraryOptions
 from gaitopt.cli.display import ABSENT, NARROW, new_table, screen
 from gaitopt.cli.process import ExitCode, refuse_options
@@ -208,7 +209,11 @@ def _change(pair: tuple[Row, Row], name: str) -> str:
     """Return how much more the second has, in per cent."""
     a, b = (row.get(name) for row in pair)
     figures = isinstance(a, float | int) and isinstance(b, float | int)
-    return f"{100.0 * (float(str(b)) / float(str(a)) - 1.0):+.1f}" if figures and a else ABSENT
+    if not figures:
+        return ABSENT
+    a, b = float(str(a)), float(str(b))
+    change = percentage(a, b, max(abs(a), abs(b)))
+    return ABSENT if change is None else f"{change:+.1f}"
 
 
 def _header(name: str, unit: str) -> list[str]:

@@ -22,6 +22,7 @@ from rich.table import Table
 
 from gaitopt.actuators.motors import Motor, MotorTable, motors_of, read_motors
 from gaitopt.atomic import make_directory, write_atomically
+from gaitopt.bounds import percentage
 from gaitopt.cli.command_options import RequirementsOptions, SizeOptions
 from gaitopt.cli.display import ABSENT, NARROW, fixed, new_table, screen, warn
 from gaitopt.cli.process import stop_on_interrupt
@@ -214,7 +215,6 @@ _SHARES = {
 }
 _FULL = 1.0 + 1e-6  # of a limit: what is certified may lie on it
 _TITLE = "What each motor must deliver over a stride, at its joint or at the crank that it turns"
-_ZERO = 1e-9  # of any unit: nothing to compare with
 
 
 def run_requirements(asked: RequirementsOptions) -> None:
@@ -355,9 +355,14 @@ def difference_table(worst: Sequence[MotorRequirement], other: Sequence[MotorReq
     own, theirs = ({(one.motor, one.slides): one.values for one in of} for of in (worst, other))
     headers = (f">{_HEADERS[name].split()[0]}\n%" for name in _COMPARED)
     table = new_table("How much more the other design asks", "motor", *headers)
-    for motor in dict.fromkeys([*own, *theirs]):
-        cells = (_change(own.get(motor), theirs.get(motor), name) for name in _COMPARED)
-        table.add_row(motor[0], *cells)
+    for motor, slides in dict.fromkeys([*own, *theirs]):
+        a, b = own.get((motor, slides)), theirs.get((motor, slides))
+        alike = [one.values for one in (*worst, *other) if one.slides == slides]
+        changes = (
+            percentage(a[name], b[name], max(one[name] for one in alike)) if a and b else None
+            for name in _COMPARED
+        )
+        table.add_row(motor, *(ABSENT if one is None else f"{one:+.1f}" for one in changes))
     return table
 
 
@@ -366,12 +371,6 @@ def _cell(name: str, value: float, *, slides: bool) -> str:
         return fixed(value, 3)
     shown = value / _SCALES.get(name, 1.0)
     return fixed(shown, 1) if shown < 100.0 else fixed(shown, 0)
-
-
-def _change(own: Mapping[str, float] | None, other: Mapping[str, float] | None, name: str) -> str:
-    if own is None or other is None or own[name] < _ZERO:
-        return ABSENT
-    return f"{100.0 * (other[name] / own[name] - 1.0):+.1f}"
 
 
 MOTOR_FILE = "motors.toml"

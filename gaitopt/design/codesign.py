@@ -120,7 +120,8 @@ class Variable:
             if not (np.isfinite(end) and end > 0.0):
                 raise InputError(
                     f"{self.name}: the range {self.lower:g} to {self.upper:g}, begun at "
-                    f"{self.start:g}, must be of finite numbers above 0"
+                    f"{self.start:g}, must be of finite numbers above 0, as in "
+                    "25cm:35cm"
                 )
         if not self.lower < self.upper:
             raise InputError(

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from gaitopt.atomic import write_atomically
+from gaitopt.bounds import percentage
 from gaitopt.escape import html_text
 from gaitopt.view.figure_style import (
     GREY,
@@ -61,7 +62,7 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
          "yes" if walk["certified"] else "no")
         for walk in summary["walks"]
     )  # fmt: skip
-    motors = tuple((name, *_before_and_after(one)) for name, one in summary["motors"].items())
+    motors = tuple((name, *before_and_after(one)) for name, one in summary["motors"].items())
     with styled():
         pictures = [_picture(draw(summary)) for draw in (walks_figure, designs_figure)]
     held = summary["held"] or ["No range holds it: the gradient vanishes inside all of them."]
@@ -91,12 +92,12 @@ def write_codesign_page(summary: Mapping[str, Any], path: Path) -> Path:
     return write_atomically(path, page.encode())
 
 
-def _before_and_after(motor: Mapping[str, Any]) -> Iterator[str]:
+def before_and_after(motor: Mapping[str, Any]) -> Iterator[str]:
     """Yield each figure of a motor: before -> after, its change below."""
     for name, before in motor["before"].items():
         after, unit = motor["after"][name], motor["units"][name]
-        change = 100.0 * (after / before - 1.0) if before > 0.0 else 0.0
-        told = f"\n{change:+.0f} %" if abs(change) >= _SEEN else ""
+        change = percentage(before, after, motor["largest"][name])
+        told = f"\n{change:+.0f} %" if change is not None and abs(change) >= _SEEN else ""
         yield f"{before:.3g} \u2192 {after:.3g} {unit}{told}"
 
 

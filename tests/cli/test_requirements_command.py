@@ -9,7 +9,9 @@ import pytest
 from scipy.integrate import trapezoid
 
 from gaitopt.actuators.motors import read_motors
-from gaitopt.design.requirements import FIGURES, motor_loops, requirement
+from gaitopt.cli.display import ABSENT
+from gaitopt.cli.motors import difference_table
+from gaitopt.design.requirements import FIGURES, MotorRequirement, motor_loops, requirement
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.view.comparison_figures import torque_speed_figure
 
@@ -48,6 +50,17 @@ def test_tables_of_one_gait_and_of_two_fit_the_page(cli, gait_file, slow):
     assert "%" in heads
     assert len(less) == len(FIGURES) - 1  # all but what goes with a peak, and the name
     assert "In which gait" not in cli("requirements", gait_file).stdout
+
+
+def test_no_percentage_of_next_to_nothing_is_told():
+    def asked(waist, knee):
+        of = (("waist", waist), ("knee", knee))
+        return [MotorRequirement(m, dict.fromkeys(FIGURES, v), {}, slides=False) for m, v in of]
+
+    table = difference_table(asked(1e-6, 80.0), asked(7.0, 96.0))
+    names, *changes = (list(column.cells) for column in table.columns)
+    assert [str(name) for name in names] == ["waist", "knee"]
+    assert {tuple(map(str, one)) for one in changes} == {(ABSENT, "+20.0")}
 
 
 def test_files_hold_what_is_computed(cli, gait_file, slow, tmp_path):
