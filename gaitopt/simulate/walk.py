@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.integrate import trapezoid
 
-from gaitopt.bounds import shown
+from gaitopt.bounds import is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, failure, own_line
 from gaitopt.gait.result import Gait, ground_of
@@ -201,7 +201,23 @@ def simulate(
     make = WholeBodyController if controller is None else controller
     with _without_log(), _told(make):
         made = make(robot, trajectory, limit)
+        _check_controller(made, trajectory.step_duration)
         return _Run(robot, gait, made, options, disturbance).walk()
+
+
+def _check_controller(made: object, longest: float) -> None:
+    """Refuse what is no `Controller`."""
+    if missing := [n for n in ("interval", "torque", "touch_down") if not hasattr(made, n)]:
+        raise InputError(
+            f"the controller is {shown(made)}, which has no {' and no '.join(missing)}; see "
+            "gaitopt.simulate.Controller"
+        )
+    interval = made.interval  # type: ignore[attr-defined]
+    if not (is_finite(interval) and 0.0 < interval <= longest):
+        raise InputError(
+            f"the interval of the controller is {shown(interval)} s; give the time between two of "
+            f"its ticks, above 0 and not above the {longest:g} s of a step"
+        )
 
 
 @contextmanager
@@ -329,7 +345,7 @@ class _Run:
                 late = since > _EARLIEST * duration
                 self._prepare_ground(1 - foot, len(times) + 1, late)
             seen = measured(robot, data, self._disturbance.noise, self._rng)
-            way.send(time, self._checked(self._controller.torque(time, *seen)))
+            way.send(time, self._checked(self._controller.torque(time, *seen), time))
             for tick in range(ticks):
                 data.ctrl[robot.motors] = way.arrived(time + tick * timestep)
                 mujoco.mj_step(robot.model, data)
@@ -409,11 +425,11 @@ class _Run:
         if late or lowest > max(height, place[2]) + _LIFTED:
             place[2] = height
 
-    def _checked(self, asked: object) -> Array:
+    def _checked(self, asked: object, time: float) -> Array:
         """Return a controller's torques [N·m], copied: it may write into its array again.
 
         Raises:
-            InputError: they are not a number for each motor.
+            InputError: they are not a finite number for each motor: MuJoCo would let all motors go.
         """
         many = len(self._robot.motors)
         try:
@@ -424,6 +440,14 @@ class _Run:
             raise InputError(
                 f"the controller asks for the torques {shown(asked)}; return one number for each "
                 f"of the {many} motors"
+            )
+        if not (fine := np.isfinite(torque)).all():
+            body, (first, *others) = self._robot.body, np.flatnonzero(~fine)
+            unit = "N·m" if body.revolute[body.moving[first]] else "N"
+            more = f" and {len(others)} more" if others else ""
+            raise InputError(
+                f"the controller asks for {torque[first]} {unit} of {body.moving_names[first]}"
+                f"{more} at {time:.4g} s of the walk; return finite numbers"
             )
         return torque
 

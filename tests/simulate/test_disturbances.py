@@ -253,10 +253,39 @@ def test_parts_of_disturbances_without_a_meaning_are_refused(make, message):
         (lambda *_: [[1.0], [1.0, 2.0]], r"the torques .*; return one number for each"),
         (lambda *_: ["1"] * 12, r"the torques .*; return one number for each"),
         (lambda *_: [None] * 12, r"the torques .*; return one number for each"),
+        (
+            lambda self, time, *_: [
+                float("nan") if time > 0.01 and k == 3 else 0 for k in range(12)
+            ],
+            r"asks for nan N·m of right_hip_pitch at 0.012 s of the walk; return finite",
+        ),
+        (
+            lambda *_: [float("inf")] * 12,
+            "asks for inf N·m of [a-z_]+ and 11 more at 0 s of the walk",
+        ),
     ],
 )
 def test_a_mistake_in_a_controller_of_ones_own_is_told(gait, torque, message):
     wrong = type("Wrong", (Limp,), {"__module__": __name__, "torque": torque})
+    with pytest.raises(InputError, match=message):
+        simulate(gait, WalkOptions(steps=1), wrong)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"interval": float("nan")}, "interval of the controller is nan s; give the time"),
+        ({"interval": 0.0}, "interval of the controller is 0.0 s; .* above 0"),
+        ({"interval": 1e18}, "interval of the controller is 1e.18 s; .*not above the 0.4 s"),
+        ({"interval": "2ms"}, "interval of the controller is '2ms' s; give the time"),
+        (
+            {"__new__": lambda *_: None},
+            "the controller is None, which has no interval and no torque",
+        ),
+    ],
+)
+def test_what_is_no_controller_is_refused(gait, changes, message):
+    wrong = type("Wrong", (Limp,), {"__module__": __name__, **changes})
     with pytest.raises(InputError, match=message):
         simulate(gait, WalkOptions(steps=1), wrong)
 
