@@ -30,6 +30,7 @@ from dataclasses import field, fields, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gaitopt.bounds import must_be, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
@@ -69,7 +70,7 @@ def transforms(
         beta: of each joint, shape (n,) [rad].
 
     Returns:
-        Rotations A = ^{j-1}A_j, shape (..., n, 3, 3), and origins P = ^{j-1}P_j, (..., n, 3) [m].
+        Rotations A, shape (..., n, 3, 3), and origins P, (..., n, 3) [m], of frame j in frame j-1.
     """
     x, y, z = _turned_axes(gamma, alpha, beta)
     normal = np.stack([np.cos(gamma), np.sin(gamma), np.zeros_like(gamma)], axis=-1)
@@ -149,13 +150,13 @@ class JointTable:
     """The rows of Table 1, one per joint; every array has shape (n,).
 
     Attributes:
-        alpha: angle from z_{j-1} to z_j about the common normal [rad].
-        d: distance from z_{j-1} to z_j along the common normal [m].
+        alpha: angle from z of j-1 to z_j about the common normal [rad].
+        d: distance from z of j-1 to z_j along the common normal [m].
         theta: turn about z_j at zero joint value [rad].
         r: move along z_j at zero joint value [m].
         sigma: 0 for a revolute joint, 1 for a prismatic one.
-        gamma: angle from x_{j-1} to the common normal about z_{j-1} [rad]; 0 in Table 1.
-        b: distance from O_{j-1} to the common normal along z_{j-1} [m]; 0 in Table 1.
+        gamma: angle from x of j-1 to the common normal about z of j-1 [rad]; 0 in Table 1.
+        b: distance from O of j-1 to the common normal along z of j-1 [m]; 0 in Table 1.
         antecedent: a(j): link on which each joint sits, in place of j-1 above where the links
             branch; left out: link j-1, as in Table 1.
         beta: turn about the y axis between those of alpha and theta, of nearly parallel axes [rad]
@@ -176,17 +177,18 @@ class JointTable:
     beta: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        n = len(self.alpha)
-        if not np.size(self.beta):
+        n = _rows("alpha", self.alpha)
+        if not _numbers("beta", self.beta).size:
             object.__setattr__(self, "beta", np.zeros(n))
         _freeze(self, {f.name: (n,) for f in fields(self) if f.name != "antecedent"})
-        if not self.antecedent:
-            object.__setattr__(self, "antecedent", tuple(range(n)))
-        links = self.antecedent
-        if len(links) != n or not all(0 <= link <= j for j, link in enumerate(links)):
+        given = _numbers("antecedent", self.antecedent)
+        links = given if given.size else np.arange(n)
+        if links.shape != (n,) or not all(link in range(j + 1) for j, link in enumerate(links)):
             raise InputError(
-                f"antecedent = {links} is not allowed; give each of the {n} joints a link before it"
+                f"antecedent = {shown(self.antecedent)} is not allowed; give each of the {n} "
+                "joints a link before it"
             )
+        object.__setattr__(self, "antecedent", tuple(map(int, links)))
         if not np.isin(self.sigma, (0.0, 1.0)).all():
             raise InputError(
                 f"sigma = {self.sigma} is not allowed; use 0 (revolute) or 1 (prismatic)"
@@ -211,7 +213,7 @@ class LinkTable:
     inertia: Array
 
     def __post_init__(self) -> None:
-        count = len(self.mass)
+        count = _rows("mass", self.mass)
         shapes = {"mass": (count,), "first_moment": (count, 3), "inertia": (count, 3, 3)}
         _freeze(self, shapes)
 
@@ -245,9 +247,14 @@ class Chain:
     end: int = -1
 
     def __post_init__(self) -> None:
+        must_be(self.joints, JointTable, "joints of the chain", "a JointTable")
+        must_be(self.links, LinkTable, "links of the chain", "a LinkTable")
+        must_be(self.end, int, "end of the chain", "the number of a link: 12")
         n = self.dof
         if self.end < 0:
             object.__setattr__(self, "end", n)
+        if self.end > n:
+            raise InputError(f"end = {shown(self.end)} is not allowed; the last link is {n}")
         shapes = {"sign": (n,), "armature": (n,), "tool_rotation": (3, 3), "tool_position": (3,)}
         _freeze(self, shapes)
         if not np.isin(self.sign, (-1.0, 1.0)).all():
@@ -287,7 +294,7 @@ def six_vector(name: str, value: ArrayLike) -> Array:
 
 
 def joint_transforms(chain: Chain, q: Array) -> tuple[Array, Array]:
-    """Return rotations ^{j-1}A_j (..., n, 3, 3) and origins ^{j-1}P_j (..., n, 3) [m] at q."""
+    """Return rotations A (..., n, 3, 3) and origins P (..., n, 3) [m] of `transforms` at q."""
     table = chain.joints
     move = chain.sign * q
     theta = table.theta + (1.0 - table.sigma) * move
@@ -337,16 +344,50 @@ def turned(vector: Array) -> Array:
 
 def _freeze(table: object, shapes: dict[str, tuple[int, ...]]) -> None:
     for name, shape in shapes.items():
-        value = getattr(table, name)
-        if np.shape(value) != shape:
-            raise InputError(f"{name} has shape {np.shape(value)}; give shape {shape}")
+        value = _numbers(name, getattr(table, name))
+        if value.shape != shape:
+            raise InputError(f"{name} has shape {value.shape}; give shape {shape}")
         array = np.array(_checked(name, value, shape))
         array.setflags(write=False)
         object.__setattr__(table, name, array)
 
 
+def _numbers(name: str, value: ArrayLike) -> Array:
+    """Return what a caller gives as an array of any shape."""
+    try:
+        found = np.asarray(value)
+        if found.dtype.kind not in "biuf" and found.size:
+            raise ValueError
+        return found.astype(np.float64, copy=False)
+    except (ValueError, TypeError, OverflowError):  # texts, rows of different lengths
+        raise InputError(f"{name} is {shown(value)}; give an array of numbers") from None
+
+
+def _rows(name: str, value: ArrayLike) -> int:
+    """Return how many entries the array has that tells the shape of the others."""
+    found = _numbers(name, value)
+    if found.ndim != 1:
+        raise InputError(f"{name} has shape {found.shape}; give one number each: shape (n,)")
+    return len(found)
+
+
+def _alike(**arrays: Array) -> None:
+    """Refuse arrays whose leading axes "..." do not fit each other.
+
+    Args:
+        arrays: by name, with one further axis each.
+    """
+    try:
+        np.broadcast_shapes(*(one.shape[:-1] for one in arrays.values()))
+    except ValueError:
+        told = ", ".join(f"{name} {one.shape}" for name, one in arrays.items())
+        raise InputError(
+            f"shapes of different leading axes: {told}; give the same states"
+        ) from None
+
+
 def _checked(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.asarray(value, dtype=np.float64)
+    array = _numbers(name, value)
     if array.shape[-len(shape) :] != shape:
         raise InputError(f"{name} has shape {array.shape}; its last axes must be {shape}")
     if not np.isfinite(array).all():
@@ -394,13 +435,18 @@ def inverse_dynamics(
     Raises:
         InputError: an argument has the wrong shape or is not finite.
     """
-    A, P = joint_transforms(chain, joint_values(chain, "q", q))
-    rate, ddq = joint_values(chain, "dq", dq), joint_values(chain, "ddq", ddq)
-    start = _six_or_zero("base_acceleration", base_acceleration) + _eq2(gravity)
-    velocity = _velocities(chain, A, P, rate, _six_or_zero("base_velocity", base_velocity))
-    acceleration = _accelerations(chain, A, P, rate, ddq, velocity, start)
+    q, rate = joint_values(chain, "q", q), joint_values(chain, "dq", dq)
+    ddq, start = (
+        joint_values(chain, "ddq", ddq),
+        _six_or_zero("base_acceleration", base_acceleration),
+    )
+    base, end = _six_or_zero("base_velocity", base_velocity), _six_or_zero("end_wrench", end_wrench)
+    _alike(q=q, dq=rate, ddq=ddq, base_velocity=base, base_acceleration=start, end_wrench=end)
+    A, P = joint_transforms(chain, q)
+    velocity = _velocities(chain, A, P, rate, base)
+    acceleration = _accelerations(chain, A, P, rate, ddq, velocity, start + _eq2(gravity))
     wrenches = _inertial_wrenches(chain, velocity, acceleration)
-    f, m = _equilibrium(chain, A, P, wrenches, _six_or_zero("end_wrench", end_wrench))
+    f, m = _equilibrium(chain, A, P, wrenches, end)
     return _joined(f[0], m[0]), _torques(chain, f, m) + chain.armature * ddq
 
 
@@ -425,10 +471,12 @@ def momentum(
     Its shape is (..., 6), in the axes of the stance sole frame [N·s, N·m·s]. Arguments and errors
     are those of `inverse_dynamics`.
     """
-    A, P = joint_transforms(chain, joint_values(chain, "q", q))
+    q, rate = joint_values(chain, "q", q), joint_values(chain, "dq", dq)
     base = _six_or_zero("base_velocity", base_velocity)
+    _alike(q=q, dq=rate, base_velocity=base)
+    A, P = joint_transforms(chain, q)
     links = []
-    for j, (V, omega) in enumerate(_velocities(chain, A, P, joint_values(chain, "dq", dq), base)):
+    for j, (V, omega) in enumerate(_velocities(chain, A, P, rate, base)):
         MS, J = chain.links.first_moment[j], chain.links.inertia[j]
         links.append((chain.links.mass[j] * V + _cross(omega, MS), times(J, omega) + _cross(MS, V)))
     # Momenta of the links gather at O_0 as their inertial wrenches do.
@@ -447,8 +495,10 @@ def _six_or_zero(name: str, value: ArrayLike | None) -> Array:
 
 def _eq2(gravity: ArrayLike) -> Array:
     """Acceleration of the ground that stands for weight, Eq. (2): against gravity."""
-    given = np.asarray(gravity, dtype=np.float64)
+    given = _numbers("gravity", gravity)
     vector = np.array([-given, 0.0, 0.0]) if given.ndim == 0 else given
+    if vector.shape != (3,):
+        raise InputError(f"gravity has shape {vector.shape}; give a number or shape (3,)")
     return six_vector("gravity", np.concatenate([-vector, np.zeros(3)]))
 
 
@@ -658,12 +708,14 @@ def impact(
     Raises:
         InputError: an argument has the wrong shape or is not finite, or a joint moves no mass.
     """
-    before: Array = np.asarray(v_minus, dtype=np.float64)
+    before = _numbers("v_minus", v_minus)
     if before.shape[-1:] != (6 + chain.dof,) or not np.isfinite(before).all():
         raise InputError(
             f"v_minus has shape {before.shape}; give {6 + chain.dof} finite velocities: linear "
             "and angular velocity of link 0 in R0, then the joint rates"
         )
+    q = joint_values(chain, "q", q)
+    _alike(q=q, v_minus=before)
     D, D12_t = inertia_matrix(chain, q), swing_jacobian(chain, q)
     across: Array = np.eye(6)
     if free is not None:
@@ -671,7 +723,10 @@ def impact(
         D12_t = across.T @ D12_t
     held, count = D12_t, D12_t.shape[-2]
     if ties is not None:
-        rows = np.pad(np.asarray(ties, dtype=np.float64), ((0, 0), (6, 0)))
+        ties = joint_values(chain, "ties", ties)
+        if ties.ndim != 2:
+            raise InputError(f"ties have shape {ties.shape}; give shape (c, {chain.dof})")
+        rows = np.pad(ties, ((0, 0), (6, 0)))
         rows = np.broadcast_to(rows, (*D12_t.shape[:-2], *rows.shape))
         held = np.concatenate([D12_t, rows], axis=-2)
     compliance = _solved(D, np.swapaxes(held, -1, -2))
@@ -680,8 +735,15 @@ def impact(
 
 
 def foot_twist(chain: Chain, twist: ArrayLike) -> Array:
-    """Return a twist (6,) [m/s, rad/s] of the swing foot given in its sole frame, at O_n in R_n."""
-    linear, angular = np.split(np.asarray(twist, dtype=np.float64), 2)
+    """Return a twist (6,) [m/s, rad/s] of the swing foot given in its sole frame, at O_n in R_n.
+
+    Raises:
+        InputError: it has the wrong shape or is not finite.
+    """
+    given = six_vector("twist", twist)
+    if given.ndim != 1:
+        raise InputError(f"twist has shape {given.shape}; give shape (6,)")
+    linear, angular = np.split(given, 2)
     R = chain.tool_rotation
     turn = R @ angular
     return np.concatenate([R @ linear + np.cross(chain.tool_position, turn), turn])
@@ -722,8 +784,14 @@ def wrench_on_ground(chain: Chain, wrench: Array) -> Array:
 
 
 def at_rest(rate: ArrayLike) -> Array:
-    """Return V for joint rates (..., n) [rad/s] while the stance foot stands still, Eq. (18)."""
-    rate = np.asarray(rate, dtype=np.float64)
+    """Return V for joint rates (..., n) [rad/s] while the stance foot stands still, Eq. (18).
+
+    Raises:
+        InputError: they are no array of numbers.
+    """
+    rate = _numbers("rate", rate)
+    if not rate.ndim:
+        raise InputError(f"rate is {shown(float(rate))}; give shape (..., n)")
     return np.concatenate([np.zeros((*rate.shape[:-1], 6)), rate], axis=-1)
 
 

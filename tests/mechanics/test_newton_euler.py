@@ -28,8 +28,11 @@ from gaitopt.errors import EvaluationError, InputError
 from gaitopt.mechanics import newton_euler
 from gaitopt.mechanics.chain_build import chain_of_robot
 from gaitopt.mechanics.newton_euler import (
+    at_rest,
+    impact,
     inertia_matrix,
     inverse_dynamics,
+    joint_values,
     momentum,
     sole_axes,
 )
@@ -214,7 +217,7 @@ def test_the_joint_values_change_sign_with_the_chain():
 def test_the_referee_shares_no_code_with_what_it_judges():
     text = Path(newton_euler.__file__).read_text(encoding="utf-8")
     imported = set(re.findall(r"^\s*(?:from|import) (\S+)", text, flags=re.MULTILINE))
-    own = {f"gaitopt.{name}" for name in ("dataclass", "errors", "nlp")}
+    own = {f"gaitopt.{name}" for name in ("bounds", "dataclass", "errors", "nlp")}
     assert "numpy" in imported
     assert imported <= own | {
         "__future__",
@@ -235,5 +238,51 @@ def test_bad_arguments_say_what_is_allowed():
         inverse_dynamics(chain, np.full(12, np.nan), good, good)
     with pytest.raises(InputError, match="end_wrench has shape"):
         inverse_dynamics(chain, good, good, good, end_wrench=np.zeros(3))
+    with pytest.raises(InputError, match=r"shapes of different leading axes: q \(2, 12\)"):
+        inverse_dynamics(chain, np.zeros((2, 12)), np.zeros((3, 12)), good)
+    with pytest.raises(InputError, match=r"leading axes.*v_minus \(3, 18\)"):
+        impact(chain, np.zeros((2, 12)), np.zeros((3, 18)))
+    for gravity, told in (("moon", "gravity is 'moon'"), ([1.0, 2.0], r"gravity has shape \(2,\)")):
+        with pytest.raises(InputError, match=told):
+            inverse_dynamics(chain, good, good, good, gravity=gravity)
+    for given in ("fast", [[1.0], [1.0, 2.0]], {}, 1j):
+        for asked in (
+            lambda one: joint_values(chain, "q", one),
+            lambda one: impact(chain, good, one),
+            lambda one: impact(chain, good, np.zeros(18), ties=one),
+            lambda one: impact(chain, good, np.zeros(18), free=one),
+            at_rest,
+        ):
+            with pytest.raises(InputError, match=r"is .*; give an array of numbers"):
+                asked(given)
     with pytest.raises(EvaluationError, match="0 N"):
         zero_moment_point(np.zeros(6))
+
+
+def test_tables_that_are_none_say_what_is_allowed():
+    chain = chain_of_spec(biped13())
+    for one, name, given, told in (
+        (
+            chain.joints,
+            "alpha",
+            "twelve texts",
+            "alpha is 'twelve texts'; give an array of numbers",
+        ),
+        (chain.joints, "alpha", 1.0, r"alpha has shape \(\); give one number each"),
+        (chain.joints, "d", ["0.1"] * 12, r"d is \['0.1', .*; give an array of numbers"),
+        (chain.joints, "theta", None, "theta is None; give an array of numbers"),
+        (chain.joints, "r", [[0.0], [0.0, 1.0]], "r is .*; give an array of numbers"),
+        (chain.joints, "beta", "none", "beta is 'none'; give an array of numbers"),
+        (chain.joints, "beta", [0.0, 0.0], r"beta has shape \(2,\); give shape \(12,\)"),
+        (chain.joints, "antecedent", "abc", "antecedent is 'abc'; give an array of numbers"),
+        (chain.joints, "antecedent", np.ones(12), "a link before it"),
+        (chain.links, "mass", 3.0, r"mass has shape \(\); give one number each"),
+        (chain.links, "inertia", "heavy", "inertia is 'heavy'; give an array of numbers"),
+        (chain, "sign", "+" * 12, "sign is .*; give an array of numbers"),
+        (chain, "joints", np.zeros(12), "joints of the chain is .*; give a JointTable"),
+        (chain, "links", None, "links of the chain is None; give a LinkTable"),
+        (chain, "end", 13, "end = 13 is not allowed; the last link is 12"),
+        (chain, "end", "last", "end of the chain is 'last'; give the number of a link"),
+    ):
+        with pytest.raises(InputError, match=told):
+            replace(one, **{name: given})
