@@ -758,6 +758,11 @@ def _check_limits(block: ConstraintBlock, shape: tuple[int, int], where: str) ->
             f"{upper[instant, row]} {block.unit}; give numbers, the lower not above the upper, "
             f"none above {NUMBER:g}, and leave out what has no limit"
         )
+    if lower.size and not np.isfinite([lower, upper]).any():
+        raise InputError(
+            f"no row of {where} has a limit, so that it would constrain nothing; give lower= or "
+            "upper=, or let its `asked` return False for walks that it means nothing to"
+        )
 
 
 def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:

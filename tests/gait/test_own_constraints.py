@@ -148,13 +148,14 @@ class Wrong(Constraint):
     width: int = 6
     labels: int = 1
     scale: float = 1.0
+    lower: float = 0.0
 
     def block(self, context):
         if self.labels == "exit":
             sys.exit(3)
         rows = Linear(np.ones((1, self.width)))
         labels = tuple(f"row {k}" for k in range(self.labels))
-        return self.over_step(context, rows, labels, lower=0.0, scale=self.scale)
+        return self.over_step(context, rows, labels, lower=self.lower, scale=self.scale)
 
 
 class Twice(Wrong):
@@ -171,6 +172,7 @@ class Twice(Wrong):
         (Wrong(labels=-1, width="six"), "constraint 'wrong' cannot make its rows: TypeError"),
         (Wrong(scale=0.0), "scale of the constraint 'wrong' is .*; it must be above 0"),
         (Wrong(labels="exit"), "constraint 'wrong' cannot make its rows: SystemExit: 3"),
+        (Wrong(lower=-np.inf), "no row of the constraint 'wrong' has a limit, .*; give lower="),
         (Twice(), "give quantities of the same instants, one at least"),
     ],
 )
