@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
 import typer
 from rich.console import Console
@@ -23,6 +24,7 @@ from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_so
 from gaitopt.cli.results import require_files
 from gaitopt.escape import printable
 from gaitopt.gait.motor_space import driven_joints
+from gaitopt.model.reference_posture import read_srdf
 from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import Inspection, inspect_robot, inspection_tables
 from gaitopt.view.page_parts import Section
@@ -45,6 +47,8 @@ def inspect(settings: Settings, asked: InspectOptions) -> None:
     table = settings.get("linkages")
     linkages = () if table is None else read_linkages(table)
     source, choices = robot_source(settings)
+    if choices.srdf is not None:  # a file that is missing is told before any page is written
+        read_srdf(choices, source.parent if isinstance(source, Path) else Path())
     found = inspect_robot(source, choices, robot_origin(settings))
     driven = driven_joints(found.robot, linkages) if linkages and found.robot is not None else []
     out = screen()
@@ -52,7 +56,7 @@ def inspect(settings: Settings, asked: InspectOptions) -> None:
     for one in driven:
         if one.linkage in linkages:
             out.print(f"{table}: motors turn {', '.join(one.names)}")
-    if html is not None:
+    if html is not None and found.model is not None:  # else there is nothing to show
         from gaitopt.view.inspection_page import inspection_text
 
         written = write_atomically(html, inspection_text(found).encode())

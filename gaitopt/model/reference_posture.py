@@ -70,7 +70,7 @@ def _asked(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
             f"the posture '{name}' is asked for by name, but no SRDF is given (--srdf FILE, or "
             f"srdf in the file for --choices and in Python), and {_has(keyframes)}"
         )
-    states = list(_srdf(choices, folder).iter("group_state"))
+    states = list(read_srdf(choices, folder).iter("group_state"))
     poses = list(dict.fromkeys(state.get("name", "") for state in states))
     if name not in poses:
         more = f"; the robot's file has keyframes: {_names(keyframes)}" if keyframes else ""
@@ -147,7 +147,7 @@ def rotor_armatures(choices: ImportOptions, folder: Path) -> Angles:
     Raises:
         RobotError: the SRDF cannot be read, has no rotors, or two of a joint that differ.
     """
-    rotors = _srdf(choices, folder).findall("rotor_params/joint")
+    rotors = read_srdf(choices, folder).findall("rotor_params/joint")
     if not rotors:
         raise RobotError("the SRDF has no <rotor_params>; leave rotors out")
     found: Angles = {}
@@ -234,7 +234,15 @@ def _unit(model: pin.Model, joint: int) -> str:
     return "m" if model.joints[joint].shortname().startswith("JointModelP") else "rad"
 
 
-def _srdf(choices: ImportOptions, folder: Path) -> ElementTree.Element:
+def read_srdf(choices: ImportOptions, folder: Path) -> ElementTree.Element:
+    """Return the root of the SRDF that is given, a file or its text.
+
+    Args:
+        folder: of the robot's file, where the SRDF may lie too.
+
+    Raises:
+        RobotError: none is given, it cannot be read, or is no XML.
+    """
     if choices.srdf is None:
         raise RobotError(
             "rotors are asked for, but no SRDF is given; give it: --srdf FILE, or srdf in the file "

@@ -71,6 +71,23 @@ def test_no_command_writes_what_it_reads(cli, tmp_path, monkeypatch, name, targe
         assert "which is kept as it is; give another name to write" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("name", "target", "source"), PAIRS, ids=[f"{n}-{a.name}-{b.name}" for n, a, b in PAIRS]
+)
+def test_nothing_is_written_where_what_is_read_is_missing_or_no_such_file(
+    cli, tmp_path, monkeypatch, name, target, source
+):
+    monkeypatch.chdir(tmp_path)
+    save_gait(sample_gait(), "needed")
+    Path("junk").write_bytes(b"\xff junk \x00")
+    new = f"new{(*target.suffixes, '.csv')[0]}"
+    for given in ("missing", "junk"):
+        result = cli(*words_for(name, [(target, new), (source, given)]))
+        assert result.exit_code == 2
+        assert f"wrote {new}" not in result.stdout
+        assert {path.name for path in tmp_path.iterdir()} == {"needed", "junk"}
+
+
 EVERY = [(n, one) for n in COMMANDS if n not in ("optimize", "robots") for one in settings_of(n)]
 
 

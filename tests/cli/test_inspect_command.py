@@ -94,6 +94,13 @@ def test_page_of_a_robot_and_of_a_refused_one(cli, urdf, tmp_path):
     urdf.write_text(urdf.read_text().replace('effort="150"', 'effort="80"', 1))
     assert cli("inspect", "--urdf", urdf, "--html", page).exit_code == 2
     assert '<p class="refusal">the limits of the two legs differ' in page.read_text()
+    urdf.write_text("<robot")
+    kept = page.read_text()
+    for path in (urdf, tmp_path / "missing.urdf"):
+        result = cli("inspect", "--urdf", path, "--html", page)
+        assert result.exit_code == 2
+        assert "wrote" not in result.stdout
+        assert page.read_text() == kept
 
 
 @needs_example_robots
