@@ -29,6 +29,20 @@ def test_every_public_name_has_its_place_in_the_reference(site):
     assert set(gaitopt.__all__) - {"__version__"} <= found
 
 
+def test_no_page_shows_raw_indices(site):
+    """The mark-up of TeX is not made out there: `^{j-1}A_j` stood in the table of symbols."""
+    pages = {
+        page: page.read_text("utf-8")
+        for page in site.rglob("index.html")
+        if "reference" not in page.parts  # whose docstrings are read as code, too
+    }
+    assert "<sup>j-1</sup>A<sub>j</sub>" in pages[site / "notation" / "index.html"]
+    code = re.compile(r"<(code|pre|script|style)\b.*?</\1>", re.DOTALL)
+    raw = re.compile(r"\S*[_^]\{[^}]*\}\S*")
+    found = {page: raw.findall(code.sub("", text)) for page, text in pages.items()}
+    assert {page.parent.name: marks for page, marks in found.items() if marks} == {}
+
+
 def test_every_module_is_in_the_reference(site):
     pages = "".join(p.read_text("utf-8") for p in (site / "reference").rglob("index.html"))
     modules = [
