@@ -247,7 +247,9 @@ def _colours(parts: list[MeshData]) -> Array | None:
         for part in parts
     ]
     colours = np.concatenate(rows)
-    return colours if colours[:, :3].any() else np.tile(GREY, (len(colours), 1))
+    if not colours[:, :3].any():
+        colours[:, :3] = GREY[:3]
+    return colours
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,11 @@ import pinocchio as pin
 import pytest
 from example_robots import DIRECTORY, needs_example_robots
 from page_scene import scene_of
+from places import CASES
 from sample_gait import sample_gait
 
 from gaitopt.escape import filled_template, html_text, printable
+from gaitopt.importers.reader import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_page import inspection_text
@@ -272,3 +274,16 @@ def test_names_with_control_characters_are_shown():
         "<h1><i>", "<h1>&lt;i&gt;"
     )
     assert "\x9b" not in text
+
+
+def test_a_robot_whose_exporter_wrote_alpha_0_is_seen():
+    """Three of its links were drawn fully transparent."""
+    source = read_source(CASES / "dae_alpha0.urdf")
+    shapes = source.geometry(pin.GeometryType.VISUAL).geometryObjects
+    limbs = {item.meshPath for item in shapes if item.meshPath.endswith("limb.dae")}
+    assert len(limbs) == 1
+    (path,) = limbs
+    assert "<color>1 1 1 0</color>" in Path(path).read_text("utf-8")
+    assert read_mesh(path).colours[:, 3] == pytest.approx(1.0)
+    (material,) = drawn(Path(path))[0]["object"]["materials"]
+    assert (material["opacity"], material["transparent"]) == (1.0, False)
