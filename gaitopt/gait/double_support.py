@@ -36,6 +36,7 @@ from gaitopt.gait.parameters import (
     STEP_LENGTH,
     TRUNK_PITCH,
 )
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.inverse_kinematics import (
     LegKinematics,
     chain_hessian,
@@ -44,14 +45,17 @@ from gaitopt.mechanics.inverse_kinematics import (
     loop_gap,
     loop_gap_hessian,
     loop_gap_jacobian,
+    regular,
 )
 from gaitopt.mechanics.spatial import cross, skew
 from gaitopt.model.coupling import Tangent
+from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 _X, _Y, _Z = np.eye(3)
 _ZERO = np.zeros(3)
+_NO_JOINTS = np.zeros((0, TWIST))
 
 
 @dataclass(frozen=True)
@@ -317,21 +321,67 @@ class DoubleSupport(ABC):
         ankles = np.array([self.robot.legs.ankles[0], sole.act(self.robot.legs.ankles[1])])
         return hips - ankles, np.concatenate([hips, ankles[1:]])
 
-    def leg_jacobian(self, posture: Posture) -> Array:
-        """Return the jacobian of the legs in the geometric quantities, shape (2, 3, G)."""
-        found = posture.moved[:2].copy()
-        found[1] -= posture.moved[2]
-        return found
-
-    def target_hessian(
-        self, posture: Posture, forces: tuple[Array, Array], leg_weights: Array
-    ) -> Array:
-        """Return the Hessian in the geometric quantities of legs and of what forces pair with.
+    def slopes(self, posture: Posture, axes: Array = _NO_JOINTS) -> tuple[Array, Array]:
+        """Return the jacobians of joints and legs in the geometric quantities, (m, G), (2, 3, G).
 
         Args:
-            forces: weights of the six-vectors of pelvis and swing sole.
-            leg_weights: shape (2, 3).
+            axes: of the joints of two legs of six that follow, in the world, shape (12, 6); or of
+                none, shape (0, 6).
+
+        Raises:
+            UnreachableError: a leg is singular.
         """
+        if compiled.in_use():
+            joints, legs = compiled.kernels.support_slopes(*self._chains(posture), axes)
+            return regular(joints), legs
+        joints = closure_jacobian(axes, *posture.twists) if len(axes) else np.zeros((0, self.count))
+        legs = posture.moved[:2].copy()
+        legs[1] -= posture.moved[2]
+        return joints, legs
+
+    def curvature(
+        self,
+        posture: Posture,
+        leg_weights: Array,
+        axes: Array = _NO_JOINTS,
+        slopes: Array | None = None,
+        q_weights: Array = _ZERO[:0],
+    ) -> Array:
+        """Return the Hessian in the geometric quantities of weighed legs and joints, shape (G, G).
+
+        Along straight lines in the quantities both sides of each closure accelerate:
+        S q'' + (acceleration of the leg) = (acceleration of the displacement chain).
+
+        Args:
+            leg_weights: shape (2, 3).
+            axes, slopes: of joints that follow and their jacobian, as of `slopes`.
+            q_weights: of these joints, shape (m,).
+
+        Raises:
+            UnreachableError: a leg is singular.
+        """
+        if slopes is None:
+            slopes = np.zeros((0, self.count))
+        if compiled.in_use():
+            given = axes, slopes, q_weights, leg_weights
+            H = compiled.kernels.support_hessian(*self._chains(posture), *given)
+            return regular(H) if len(axes) else H
+        if not len(axes):
+            return self._target_hessian(posture, np.zeros((2, TWIST)), leg_weights)
+        forces = closure_forces(axes, q_weights)
+        own = chain_hessian(axes, forces[1])
+        stance = slice(self.robot.tree.stance)
+        own[stance, stance] += chain_hessian(axes[stance], forces[0])
+        H = self._target_hessian(posture, forces, leg_weights)
+        return np.asarray(H - slopes.T @ own @ slopes)
+
+    def _chains(self, posture: Posture) -> tuple[Array, Array, Array, Array, Array]:
+        """Axes and drives of the displacements of pelvis and sole, and the points on them."""
+        on_pelvis, on_sole = self.drives
+        return posture.pelvis_axes, on_pelvis, posture.sole_axes, on_sole, posture.points
+
+    def _target_hessian(self, posture: Posture, forces: Array, leg_weights: Array) -> Array:
+        """Hessian in the quantities of weighed legs and of what forces (2, 6) pair with."""
         of_points = np.array([*leg_weights, -leg_weights[1]])
         on_points = np.concatenate([of_points, cross(posture.points, of_points)], axis=1)
         of_pelvis, of_sole = self.drives
@@ -395,9 +445,7 @@ class InverseKinematicsSupport(DoubleSupport):
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
         axes = self.kinematics.axes(posture.q_start)
-        jacobian = closure_jacobian(axes, *posture.twists)
-        gaps = np.zeros((0, 6, self.count))
-        return PostureDerivatives(jacobian, self.leg_jacobian(posture), axes, gaps)
+        return PostureDerivatives(*self.slopes(posture, axes), axes, np.zeros((0, 6, self.count)))
 
     def hessian(
         self,
@@ -407,18 +455,9 @@ class InverseKinematicsSupport(DoubleSupport):
         leg_weights: Array,
         gap_weights: Array,
     ) -> Array:
-        """Return the Hessian of q_weights . q_start + sum(leg_weights * legs), shape (G, G).
-
-        Along straight lines in the geometric quantities both sides of each closure accelerate:
-        S q'' + (acceleration of the leg) = (acceleration of the displacement chain).
-        """
         del gap_weights
-        forces = closure_forces(derivatives.joint_axes, q_weights)
-        own = chain_hessian(derivatives.joint_axes, forces[1])
-        stance = slice(self.robot.tree.stance)
-        own[stance, stance] += chain_hessian(derivatives.joint_axes[stance], forces[0])
-        H = self.target_hessian(posture, (forces[0], forces[1]), leg_weights)
-        return np.asarray(H - derivatives.q_start.T @ own @ derivatives.q_start)
+        joints = derivatives.joint_axes, derivatives.q_start, q_weights
+        return self.curvature(posture, leg_weights, *joints)
 
 
 def _loop_drive(count: int, tangent: Tangent, displacements: Array) -> Array:
@@ -481,7 +520,7 @@ class JointAngleSupport(DoubleSupport):
             )
         ]
         n = len(posture.q_start)
-        legs = np.concatenate([np.zeros((2, 3, n)), self.leg_jacobian(posture)], axis=2)
+        legs = np.concatenate([np.zeros((2, 3, n)), self.slopes(posture)[1]], axis=2)
         return PostureDerivatives(np.eye(n, legs.shape[2]), legs, axes, np.stack(gaps), chains)
 
     def hessian(
@@ -495,7 +534,7 @@ class JointAngleSupport(DoubleSupport):
         del q_weights  # q_start is linear in the coordinates
         n = len(posture.q_start)
         H = np.zeros((n + self.count, n + self.count))
-        H[n:, n:] = self.target_hessian(posture, (np.zeros(6), np.zeros(6)), leg_weights)
+        H[n:, n:] = self.curvature(posture, leg_weights)
         drives = self._loop_drives(posture.q_start)
         tangent = self.robot.coupling.at(posture.q_start)
         for loop, axes, count, drive, weight in zip(

@@ -13,9 +13,10 @@ struct Bodies {
   bool serial = true;             // whether it is one chain
   int foot = 0;                   // number of the joint that moves the swing foot
   std::vector<int> parents;       // of each joint, the one that carries it; -1 the stance foot
-  std::vector<double> placements; // of the joints in the frames of their parents: axes, origin (n, 12)
+  std::vector<double> placements; // of the joints in their parents' frames: axes, origin (n, 12)
   std::vector<double> axes;       // of the joints in their frames (n, 3)
   std::vector<double> inertias;   // mass, centre, inertia about it by rows (n + 1, 13), foot first
+  std::vector<double> frames;     // of pelvis and swing sole in those of their joints (2, 12)
   std::vector<double> armature;   // reflected inertias of the rotors [kg m2] (n)
   std::array<double, 3> gravity;  // in the axes of the stance foot [m/s2]
 };

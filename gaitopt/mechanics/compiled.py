@@ -10,9 +10,11 @@ from __future__ import annotations
 import os
 
 import numpy as np
+import pinocchio as pin
 
 from gaitopt.model.joint_tree import FIRST, TWIST, joint_axes
 from gaitopt.model.robot import Robot, cached_workspace
+from gaitopt.nlp import Array
 
 try:
     from gaitopt.mechanics import kernels as kernels
@@ -34,16 +36,24 @@ class _Compiled:
         model = robot.model
         joints = range(FIRST, model.njoints)
         placements = [model.jointPlacements[j] for j in joints]
+        frames = [
+            model.frames[frame].placement for frame in (robot.pelvis_frame, robot.swing_frame)
+        ]
         inertias = [model.inertias[j] for j in range(FIRST - 1, model.njoints)]
         self.bodies = kernels.Bodies(
             parents=list(robot.tree.parents),
             foot=robot.tree.swing_foot - 1,
-            placements=np.array([[*p.rotation.ravel(), *p.translation] for p in placements]),
+            placements=_rows(placements),
             axes=joint_axes(model),
             inertias=np.array([[b.mass, *b.lever, *b.inertia.ravel()] for b in inertias]),
+            frames=_rows(frames),
             armature=np.array(model.armature[TWIST:]),
             gravity=np.array(model.gravity.linear),
         )
+
+
+def _rows(placements: list[pin.SE3]) -> Array:
+    return np.array([[*p.rotation.ravel(), *p.translation] for p in placements])
 
 
 def bodies_of(robot: Robot) -> kernels.Bodies:

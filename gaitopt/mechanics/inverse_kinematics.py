@@ -19,6 +19,7 @@ import pinocchio as pin
 
 from gaitopt.bounds import fixed
 from gaitopt.errors import UnreachableError
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.spatial import cross, cross_force_matrix, skew, solve, symmetric
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
@@ -32,6 +33,10 @@ _MAX_STEP = 0.5  # rad: keeps Newton on the branch of the seed
 _SEED_KNEE = 0.6  # rad: flexion of the posture every search starts from
 _SEED_REACH = 0.94  # of the leg's length, for the seed posture
 _SEED_STEP = 0.5  # of the leg's length: a usual step is near it, so few iterations are left
+_NO_POSTURE = (
+    "the legs found no posture for this double support; lower the pelvis, shorten the step "
+    "or bring the trunk closer to upright"
+)
 
 
 class LegKinematics:
@@ -128,6 +133,14 @@ class LegKinematics:
         matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
         free = self._free if own is None else own
         square, q = matrix.shape[0] == matrix.shape[1] == len(free), q.copy()
+        if compiled.in_use() and square and robot.coupling.none:
+            targets = np.array([pelvis.homogeneous, sole.homogeneous])
+            q[legs], closed = compiled.bodies_of(robot).close_legs(
+                q[legs], targets, _MAX_ITERATIONS, _LAST_STEP, _MAX_STEP
+            )
+            if closed:
+                return q
+            raise UnreachableError(_NO_POSTURE)
         moved = slice(None) if len(free) == len(q) else free
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = robot.coupling.angles(q)
@@ -153,10 +166,7 @@ class LegKinematics:
                 return q
         if (own is not None or self._few) and np.isfinite(q).all():
             return q  # the nearest posture
-        raise UnreachableError(
-            "the legs found no posture for this double support; lower the pelvis, shorten the step "
-            "or bring the trunk closer to upright"
-        )
+        raise UnreachableError(_NO_POSTURE)
 
     @cached_property
     def _free(self) -> Array:
@@ -242,7 +252,15 @@ def chain_hessian(axes: Array, force: Array) -> Array:
 
 
 def _solve(matrix: Array, rhs: Array) -> Array:
-    found = solve(matrix, rhs)
+    return regular(solve(matrix, rhs))
+
+
+def regular(found: Array) -> Array:
+    """Return what was solved for, if it is finite.
+
+    Raises:
+        UnreachableError: it is not: a leg cannot be moved in all directions.
+    """
     if not np.isfinite(found).all():
         raise UnreachableError(
             "a leg is singular (straight knee); lower the pelvis or shorten the step"

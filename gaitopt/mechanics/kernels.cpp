@@ -32,13 +32,14 @@ std::vector<double> copied(const Table &table) {
 }
 
 Bodies bodies_of(const std::vector<int> &parents, int foot, const Table &placements,
-                 const Table &axes, const Table &inertias, const Table &armature,
-                 const Table &gravity) {
+                 const Table &axes, const Table &inertias, const Table &frames,
+                 const Table &armature, const Table &gravity) {
   Bodies robot;
   const auto n = static_cast<py::ssize_t>(parents.size());
   expect(placements, "placements", {n, 12});
   expect(axes, "axes", {n, 3});
   expect(inertias, "inertias", {n + 1, 13});
+  expect(frames, "frames", {2, 12});
   expect(armature, "armature", {n});
   expect(gravity, "gravity", {3});
   robot.count = static_cast<int>(n);
@@ -54,6 +55,7 @@ Bodies bodies_of(const std::vector<int> &parents, int foot, const Table &placeme
   robot.placements = copied(placements);
   robot.axes = copied(axes);
   robot.inertias = copied(inertias);
+  robot.frames = copied(frames);
   robot.armature = copied(armature);
   std::copy(gravity.data(), gravity.data() + 3, robot.gravity.begin());
   return robot;
@@ -125,6 +127,69 @@ py::array_t<double> nearest_points(const Table &frames, const Numbers &carriers,
   return points;
 }
 
+py::tuple legs_closed(const Bodies &robot, const Table &q, const Table &targets, int steps,
+                      double last, double largest) {
+  expect(q, "q", {12});
+  expect(targets, "targets", {2, 4, 4});
+  if (robot.foot != 11) throw std::invalid_argument("the legs must have six joints each");
+  py::array_t<double> found(py::ssize_t{12});
+  std::copy(q.data(), q.data() + 12, found.mutable_data());
+  bool closed;
+  {
+    py::gil_scoped_release others;
+    closed = close_legs(robot, targets.data(), {steps, last, largest}, found.mutable_data());
+  }
+  return py::make_tuple(found, closed);
+}
+
+// The chains of a double support, each by its axes (k, 6) and rates (k, G).
+DoubleSupport support_of(const Table (&axes)[2], const Table (&rates)[2], const Table &points) {
+  const py::ssize_t size = rates[0].ndim() == 2 ? rates[0].shape(1) : 0;
+  DoubleSupport support = {size, {}, points.data()};
+  expect(points, "points", {3, 3});
+  for (int body = 0; body < 2; ++body) {
+    const py::ssize_t count = axes[body].ndim() == 2 ? axes[body].shape(0) : 0;
+    expect(axes[body], "axes", {count, 6});
+    expect(rates[body], "drives", {count, size});
+    support.chains[body] = {count, axes[body].data(), rates[body].data()};
+  }
+  return support;
+}
+
+py::ssize_t joints_of(const Table &axes) {
+  const py::ssize_t count = axes.ndim() == 2 && axes.shape(0) == 0 ? 0 : 12;
+  expect(axes, "joint axes", {count, 6});
+  return count;
+}
+
+py::tuple slopes_of(const Table &pelvis_axes, const Table &pelvis_drive, const Table &sole_axes,
+                    const Table &sole_drive, const Table &points, const Table &joint_axes) {
+  const DoubleSupport support =
+      support_of({pelvis_axes, sole_axes}, {pelvis_drive, sole_drive}, points);
+  const py::ssize_t count = joints_of(joint_axes);
+  py::array_t<double> rates({count, support.size});
+  py::array_t<double> legs({py::ssize_t{2}, py::ssize_t{3}, support.size});
+  support_slopes(support, count == 0 ? nullptr : joint_axes.data(), rates.mutable_data(),
+                 legs.mutable_data());
+  return py::make_tuple(rates, legs);
+}
+
+py::array_t<double> hessian_of(const Table &pelvis_axes, const Table &pelvis_drive,
+                               const Table &sole_axes, const Table &sole_drive,
+                               const Table &points, const Table &joint_axes, const Table &rates,
+                               const Table &q_weights, const Table &leg_weights) {
+  const DoubleSupport support =
+      support_of({pelvis_axes, sole_axes}, {pelvis_drive, sole_drive}, points);
+  const py::ssize_t count = joints_of(joint_axes);
+  expect(rates, "rates", {count, support.size});
+  expect(q_weights, "q_weights", {count});
+  expect(leg_weights, "leg_weights", {2, 3});
+  py::array_t<double> hessian({support.size, support.size});
+  support_hessian(support, {count, joint_axes.data(), rates.data()}, q_weights.data(),
+                  leg_weights.data(), hessian.mutable_data());
+  return hessian;
+}
+
 }  // namespace
 }  // namespace gaitopt
 
@@ -132,10 +197,20 @@ PYBIND11_MODULE(kernels, module) {
   using namespace gaitopt;
   py::class_<Bodies>(module, "Bodies")
       .def(py::init(&bodies_of), py::arg("parents"), py::arg("foot"), py::arg("placements"),
-           py::arg("axes"), py::arg("inertias"), py::arg("armature"), py::arg("gravity"))
+           py::arg("axes"), py::arg("inertias"), py::arg("frames"), py::arg("armature"),
+           py::arg("gravity"))
+      .def("close_legs", &legs_closed, py::arg("q"), py::arg("targets"), py::arg("steps"),
+           py::arg("last"), py::arg("largest"))
       .def("inverse_dynamics", &support, py::arg("q"), py::arg("dq"), py::arg("ddq"),
            py::arg("derivatives"))
       .def("placed", &placed, py::arg("q"));
   module.def("nearest", &nearest_points, py::arg("frames"), py::arg("carriers"),
              py::arg("segments"), py::arg("sides"), py::arg("squares"));
+  module.def("support_slopes", &slopes_of, py::arg("pelvis_axes"), py::arg("pelvis_drive"),
+             py::arg("sole_axes"), py::arg("sole_drive"), py::arg("points"),
+             py::arg("joint_axes"));
+  module.def("support_hessian", &hessian_of, py::arg("pelvis_axes"), py::arg("pelvis_drive"),
+             py::arg("sole_axes"), py::arg("sole_drive"), py::arg("points"),
+             py::arg("joint_axes"), py::arg("rates"), py::arg("q_weights"),
+             py::arg("leg_weights"));
 }

@@ -35,4 +35,38 @@ struct Capsules {
 // between of capsule_distance.py (14, pairs N); frames (bodies, N, 4, 4).
 void nearest(const Capsules &capsules, const double *frames, std::ptrdiff_t count, double *found);
 
+// How Newton's method searches for a posture.
+struct Search {
+  int steps;       // at most
+  double last;     // a step this small is the last one [rad]
+  double largest;  // step of a joint [rad]
+};
+
+// A serial chain whose coordinates follow G quantities.
+struct Chain {
+  std::ptrdiff_t count;        // k
+  const double *axes, *rates;  // (k, 6), (k, G)
+};
+
+// Displacements of pelvis and swing sole; hips and the swing ankle, which they carry (3, 3).
+struct DoubleSupport {
+  std::ptrdiff_t size;  // G
+  Chain chains[2];
+  const double *points;
+};
+
+// Move the angles of two legs of six joints until pelvis and swing sole are at their targets
+// (2, 4, 4); false where they come to none.
+bool close_legs(const Bodies &robot, const double *targets, const Search &search, double *q);
+
+// What G quantities move: joints of two legs, whose axes (12, 6) are given or nothing, (12, G), and
+// the legs from ankle to hip (2, 3, G).
+void support_slopes(const DoubleSupport &support, const double *joints, double *rates,
+                    double *legs);
+
+// What they bend of weighed joints of two legs, which follow as a chain or are none, and of weighed
+// legs from ankle to hip (G, G).
+void support_hessian(const DoubleSupport &support, const Chain &joints, const double *q_weights,
+                     const double *leg_weights, double *hessian);
+
 }  // namespace gaitopt

@@ -10,6 +10,7 @@ class Bodies:
         placements: Array,
         axes: Array,
         inertias: Array,
+        frames: Array,
         armature: Array,
         gravity: Array,
     ) -> None: ...
@@ -17,7 +18,29 @@ class Bodies:
         self, q: Array, dq: Array, ddq: Array, derivatives: bool
     ) -> tuple[Array, Array, Array, Array]: ...
     def placed(self, q: Array) -> Array: ...
+    def close_legs(
+        self, q: Array, targets: Array, steps: int, last: float, largest: float
+    ) -> tuple[Array, bool]: ...
 
 def nearest(
     frames: Array, carriers: Indices, segments: Array, sides: Indices, squares: Array
+) -> Array: ...
+def support_slopes(
+    pelvis_axes: Array,
+    pelvis_drive: Array,
+    sole_axes: Array,
+    sole_drive: Array,
+    points: Array,
+    joint_axes: Array,
+) -> tuple[Array, Array]: ...
+def support_hessian(
+    pelvis_axes: Array,
+    pelvis_drive: Array,
+    sole_axes: Array,
+    sole_drive: Array,
+    points: Array,
+    joint_axes: Array,
+    rates: Array,
+    q_weights: Array,
+    leg_weights: Array,
 ) -> Array: ...

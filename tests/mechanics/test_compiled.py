@@ -8,11 +8,16 @@ import sys
 import numpy as np
 import pytest
 from changed_robots import changed
+from motions import bent_posture
 from synthetic_bipeds import SYNTHETIC, synthetic
 
+from gaitopt.contact import Hinge
+from gaitopt.errors import UnreachableError
+from gaitopt.gait.double_support import InverseKinematicsSupport, JointAngleSupport
 from gaitopt.mechanics import compiled
 from gaitopt.mechanics.capsule_distance import nearest
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
+from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import by_pinocchio
 from gaitopt.model.robot import Robot
 
@@ -128,3 +133,82 @@ def test_numbers_of_nothing_are_refused(carriers, sides, said):
     frames = ForwardKinematics(synthetic("five").model).placed(np.zeros((2, 10))).frames
     with pytest.raises(ValueError, match=said):
         compiled.kernels.nearest(frames, carriers, np.ones((1, 6)), sides, np.ones((2, 1)))
+
+
+@pytest.fixture
+def both_paths(monkeypatch):
+    """Call something by the kernels, then by the plain path."""
+
+    def run(call):
+        found = []
+        for wanted in (True, False):
+            monkeypatch.setattr(compiled, "WANTED", wanted)
+            assert compiled.in_use() == wanted
+            found.append(call())
+        return found
+
+    return run
+
+
+@pytest.mark.parametrize("name", ["biped", "six, waist and arms"])
+@pytest.mark.parametrize("reach", [0.3, 0.8, 3.0])
+def test_inverse_kinematics(robot, both_paths, rng, name, reach):
+    """From near postures to such as no leg meets: the same angles or the same refusal."""
+    robot = robot if name == "biped" else synthetic(name)
+
+    def solve(targets):
+        try:
+            return LegKinematics(robot).solve(*targets)
+        except UnreachableError as error:
+            return str(error)
+
+    for _ in range(12):
+        q = bent_posture(robot, rng)
+        q[robot.tree.legs] += rng.uniform(-reach, reach, 12)
+        targets = LegKinematics(robot).placements(q)
+        found, expected = both_paths(lambda targets=targets: solve(targets))
+        if isinstance(expected, str):
+            assert found == expected
+        else:
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+
+
+PLACED = np.array([0.52, 0.07, -0.3, 0.1, 0.15, 0.4, 0.05, -0.04, 0.06, 0.4])
+TOE, HEEL = Hinge(np.zeros(3), np.eye(3)[1]), Hinge(np.array([-0.2, 0.0, 0.0]), np.eye(3)[1])
+STANDS = [{}, {"rise": 0.05}, {"hinge": TOE}, {"hinge": TOE, "landing": HEEL, "rise": -0.05}]
+
+
+@pytest.mark.parametrize("form", [InverseKinematicsSupport, JointAngleSupport])
+@pytest.mark.parametrize("feet", STANDS)
+def test_double_support(robot, both_paths, rng, form, feet):
+    support = form(robot, **feet)
+    at = np.append(PLACED, [0.1, 0.2])
+    q = bent_posture(robot, rng)
+
+    def evaluate():
+        support._last = None
+        posture = support.posture(at[: support.count], q)
+        slopes = support.derivatives(posture)
+        weights = [np.cos(np.arange(k)) for k in (q.size, 6, slopes.gaps.shape[0] * 6)]
+        H = support.hessian(
+            posture, slopes, weights[0], weights[1].reshape(2, 3), weights[2].reshape(-1, 6)
+        )
+        return slopes.q_start, slopes.legs, slopes.gaps, H
+
+    for found, expected in zip(*both_paths(evaluate), strict=True):
+        size = np.abs(expected).max(initial=0.0)
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * size)
+
+
+def test_a_leg_that_is_singular_is_refused(robot, both_paths):
+    support = InverseKinematicsSupport(robot)
+    posture = support.posture(PLACED, np.zeros(0))
+    axes, slopes = np.ones((12, 6)), np.zeros((12, support.count))
+
+    def refused():
+        with pytest.raises(UnreachableError, match="a leg is singular"):
+            support.slopes(posture, axes)
+        with pytest.raises(UnreachableError, match="a leg is singular"):
+            support.curvature(posture, np.zeros((2, 3)), axes, slopes, np.arange(12.0))
+
+    both_paths(refused)
