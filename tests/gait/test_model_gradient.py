@@ -91,7 +91,8 @@ def test_derivatives_are_those_of_changed_robots(case, names):
 
 def test_each_joint_and_body_by_itself(case):
     """No two errors that cancel: one joint and one body of either leg, alone."""
-    for part in ("joints", "second"):
+    # One body changes the value little: smaller steps of its inertia drown in rounding.
+    for part, apart in (("joints", 3e-3), ("second", 4e-2)):
         for row in (1, case.problem.robot.tree.stance + 1):
             moved = direction(case.gradient, LENGTHS if part == "joints" else MASSES)
             for name, values in moved.items():
@@ -105,9 +106,8 @@ def test_each_joint_and_body_by_itself(case):
             def value(amount, moved=moved, robot=robot):
                 return case.value(changed(robot, moved, float(amount[0])))
 
-            # One body changes the value little: smaller steps drown in rounding.
             check_derivative(
-                value, exact, np.zeros(1), np.ones(1), step=3e-3, tolerance=1e-5
+                value, exact, np.zeros(1), np.ones(1), step=apart, tolerance=1e-5
             )  # fmt: skip
 
 
