@@ -7,6 +7,7 @@ Options of the command line, entries of TOML files, their help, units and checks
 from __future__ import annotations
 
 import inspect
+import math
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
+from gaitopt.bounds import NUMBER as LARGEST
 from gaitopt.bounds import USABLE, is_finite, is_of_use, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, OptionError, did_you_mean
@@ -251,8 +253,10 @@ def check_settings(one: Any) -> None:
         InputError: it is none of its choices or no finite number, or a number is out of its bounds
             or beyond those with which one computes.
     """
-    for name, kind, said, names, empty in _checks_of(one.__class__):
+    for name, kind, said, names, empty, least, most in _checks_of(one.__class__):
         value = getattr(one, name)
+        if type(value) is float and least <= value <= most and not 0.0 < abs(value) < 1.0 / LARGEST:
+            continue  # as nearly all numbers
         if type(value) not in _PLAIN:
             object.__setattr__(one, name, value := plain(value))
         if kind == FLAG and not isinstance(value, bool):
@@ -268,13 +272,18 @@ def check_settings(one: Any) -> None:
 
 
 class _Check(NamedTuple):
-    """What a field must hold: as its metadata say; `empty` where it may be None."""
+    """What a field must hold: as its metadata say; `empty` where it may be None.
+
+    It may hold every number from `least` to `most` with which one computes; of no number, none.
+    """
 
     name: str
     kind: str
     said: Mapping[str, Any]
     choices: tuple[str, ...]
     empty: bool
+    least: float
+    most: float
 
 
 @cache  # there are as many as the program has
@@ -286,8 +295,18 @@ def _checks_of(kind: type) -> list[_Check]:
             said, kind_of_value = one.metadata[KEY], _KINDS.get(_type_name(str(one.type)), NUMBER)
             choices = said.get("choices", ())
             known = choices if isinstance(choices, tuple) else ()
-            found.append(_Check(one.name, kind_of_value, said, known, "None" in str(one.type)))
+            bounds = _bounds(said) if kind_of_value == NUMBER and not known else (LARGEST, -LARGEST)
+            optional = "None" in str(one.type)
+            found.append(_Check(one.name, kind_of_value, said, known, optional, *bounds))
     return found
+
+
+def _bounds(said: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the least and the largest number that what is said of a field allows."""
+    above, least, most = (said.get(bound) for bound in ("above", "least", "most"))
+    least = -LARGEST if least is None else least
+    least = least if above is None else max(least, math.nextafter(above, math.inf))
+    return least, LARGEST if most is None else min(most, LARGEST)
 
 
 def _check_number(name: str, value: Any, said: Mapping[str, Any]) -> None:

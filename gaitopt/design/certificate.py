@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import asdict, field, fields, replace
+from dataclasses import field, fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -417,16 +417,16 @@ class Certificate:
             "certified": self.certified,
             "verdict": self.verdict,
             "optimal": self.optimal,
-            "kkt": asdict(self.kkt),
+            "kkt": dict(vars(self.kkt)),
             "kkt_tolerance": OPTIMALITY,
             "fine_samples": self.samples,
             "fine_cost": self.cost,
             "fine_violation": self.worst.violation,
             "fine_tolerance": LIMITS,
             "fine_resolution": self.resolution,
-            "worst": asdict(self.worst),
-            "constraints": [asdict(row) for row in self.constraints],
-            "referee": asdict(self.referee),
+            "worst": dict(vars(self.worst)),
+            "constraints": [dict(vars(row)) for row in self.constraints],
+            "referee": dict(vars(self.referee)),
             "rear_foot_lifts": self.rear_foot_lifts,
             "rear_foot_speed": self.rear_foot_speed,
             "both_feet_stay": self.both_feet_stay,

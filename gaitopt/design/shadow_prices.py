@@ -10,7 +10,6 @@ below its value, as a lift-off speed of zero does, the price is that of limits t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict
 
 import numpy as np
 
@@ -60,7 +59,7 @@ class ShadowPrice:
 
     def record(self) -> dict[str, object]:
         """Return the price as JSON-able data."""
-        return asdict(self)
+        return dict(vars(self))
 
 
 def shadow_prices(

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -92,7 +92,7 @@ class WarmStart:
     def record(self) -> dict[str, object]:
         """Return it as JSON-able data."""
         return {
-            **asdict(self),
+            **vars(self),
             "x": self.x.tolist(),
             "active": [[p.constraint, p.entry, p.instant, p.multiplier] for p in self.active],
         }
