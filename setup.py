@@ -6,10 +6,11 @@ same (docs/decisions/compiled.md).
 
 from pathlib import Path
 
-from pybind11.setup_helpers import Pybind11Extension
+from pybind11.setup_helpers import ParallelCompile, Pybind11Extension
 from setuptools import setup
 
 MECHANICS = Path("gaitopt/mechanics")
+ParallelCompile(default=0).install()  # by all cores
 
 setup(
     ext_modules=[
