@@ -20,7 +20,7 @@ import pinocchio as pin
 from gaitopt.bounds import fixed
 from gaitopt.errors import UnreachableError
 from gaitopt.mechanics import compiled
-from gaitopt.mechanics.spatial import cross, cross_force_matrix, skew, solve, symmetric
+from gaitopt.mechanics.spatial import cross_force_matrix, skew, solve, symmetric
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -65,10 +65,10 @@ class LegKinematics:
         """
         self._check_reach(pelvis, sole)
         q = self._search(self._seed, pelvis, sole)
-        bend = self._bent(q)
-        if bend.min() < 0.0:
+        bend = min(self._bent(q))
+        if bend < 0.0:
             raise UnreachableError(
-                f"the search ended with a knee bent backwards by {fixed(-bend.min(), 3)} rad; "
+                f"the search ended with a knee bent backwards by {fixed(-bend, 3)} rad; "
                 "lower the pelvis or shorten the step"
             )
         return q
@@ -78,14 +78,14 @@ class LegKinematics:
         q = self._newton(q, pelvis, sole)
         for _ in range(_BRANCHES):
             bend = self._bent(q)
-            if bend.min() >= 0.0:
+            if min(bend) >= 0.0:
                 return q
             self._bend(q, np.abs(bend))  # the leg's other branch
             # Hip and ankle lean as the backward knee had them: first let them come round.
             bent = self._newton(q, pelvis, sole, self._without_knees)
             q = self._newton(bent, pelvis, sole)
         # Too few joints may come nearer to the targets by a knee that bends backwards.
-        return bent if self._bent(q).min() < 0.0 and self._few else q
+        return bent if min(self._bent(q)) < 0.0 and self._few else q
 
     def _bent(self, q: Array) -> Array:
         """Return how far the knees of a posture (n,) are bent from straight [rad], shape (2,)."""
@@ -129,10 +129,9 @@ class LegKinematics:
     def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3, own: Array | None = None) -> Array:
         """Return the posture (n,) that Newton's method ends in, by the joints `own` or all."""
         model, data, robot = self._model, self._data, self.robot
-        legs, stance = robot.tree.legs, robot.tree.stance
-        matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
+        legs, stance, q = robot.tree.legs, robot.tree.stance, q.copy()
         free = self._free if own is None else own
-        square, q = matrix.shape[0] == matrix.shape[1] == len(free), q.copy()
+        square = legs.stop == len(free) == 2 * TWIST
         if compiled.in_use() and square and robot.coupling.none:
             targets = np.array([pelvis.homogeneous, sole.homogeneous])
             q[legs], closed = compiled.bodies_of(robot).close_legs(
@@ -141,6 +140,7 @@ class LegKinematics:
             if closed:
                 return q
             raise UnreachableError(_NO_POSTURE)
+        matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
         moved = slice(None) if len(free) == len(q) else free
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = robot.coupling.angles(q)
@@ -285,10 +285,10 @@ def loop_gap_jacobian(gap: pin.SE3, axes: Array) -> Array:
         gap: placement of the chain's end in its base.
         axes: motion axes in the base, in order from the base, shape (m, 6).
     """
-    linear = axes[:, :3] + cross(axes[:, 3:], np.broadcast_to(gap.translation, (len(axes), 3)))
-    R = gap.rotation
-    angular = 0.5 * axes[:, 3:] @ (np.trace(R) * np.eye(3) - R).T
-    return np.concatenate([linear, angular], axis=1).T
+    R, of_axes = gap.rotation, np.eye(TWIST)
+    of_axes[:3, 3:] = -skew(gap.translation)
+    of_axes[3:, 3:] = 0.5 * _trace_less(R)
+    return np.asarray(of_axes @ axes.T)
 
 
 def loop_gap_hessian(gap: pin.SE3, axes: Array, weights: Array) -> Array:
@@ -302,9 +302,13 @@ def loop_gap_hessian(gap: pin.SE3, axes: Array, weights: Array) -> Array:
         axes: motion axes in the base, in order from the base, shape (m, 6).
         weights: of the six components.
     """
-    w = axes[:, 3:]
-    moved = axes[:, :3] + cross(w, np.broadcast_to(gap.translation, w.shape))
-    N = -gap.rotation @ skew(weights[3:])
-    upper = cross(np.broadcast_to(weights[:3], w.shape), w) @ moved.T
-    upper += 0.5 * (w @ N @ w.T - np.trace(N) * w @ w.T)
-    return symmetric(upper)
+    felt, turned = -skew(weights[:3]), gap.rotation @ skew(weights[3:])
+    of_axes = np.empty((3, TWIST))
+    of_axes[:, :3] = felt
+    of_axes[:, 3:] = 0.5 * _trace_less(turned) - felt @ skew(gap.translation)
+    return symmetric(axes[:, 3:] @ of_axes @ axes.T)
+
+
+def _trace_less(matrix: Array) -> Array:
+    """The trace times 1, less the matrix, (3, 3)."""
+    return np.asarray(float(matrix[0, 0] + matrix[1, 1] + matrix[2, 2]) * np.eye(3) - matrix)
