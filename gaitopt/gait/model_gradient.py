@@ -24,7 +24,6 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-import pinocchio as pin
 
 from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
@@ -168,8 +167,7 @@ def landing_gradient(bodies: PlacedBodies, impact: WeightedImpact) -> tuple[Arra
     first = BASE + len(impact.tangent.of.free)
     momentum, landing = impact.dynamics.weights[0], impact.adjoint[first : first + BASE]
     after = impact.state.sole_twist, impact.rate_after
-    impulse = impact.foot.act(pin.Force(impact.state.impulse)).vector
-    push = impact.foot.act(pin.Force(landing)).vector
+    impulse, push = impact.on_forces @ impact.state.impulse, impact.on_forces @ landing
     W, V = (
         _from_base(motion[None, :BASE], tree.up_to(axes * motion[None, BASE:, None]))
         for motion in (momentum, np.concatenate(after))

@@ -532,7 +532,7 @@ class StepModel(StepModelBase[Landing]):
         impact, matrix = local.impact, self.chart.matrix
         assert impact is not None
         after = impact.posture @ q_end + impact.rate @ matrix[self.layout.rates]
-        if impact.sole is not None and step.turn is not None:
+        if step.turn is not None:
             rate = matrix[self.layout.turn.stop - 1]
             after += np.outer(impact.sole @ step.turn.hinge.twist, rate)
         return np.asarray(after)

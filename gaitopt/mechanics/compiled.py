@@ -59,3 +59,19 @@ def _rows(placements: list[pin.SE3]) -> Array:
 def bodies_of(robot: Robot) -> kernels.Bodies:
     """Return the robot as the kernels have it, made once."""
     return cached_workspace(robot, _Compiled).bodies
+
+
+def landing_of(robot: Robot, line: Array | None) -> kernels.Landing:
+    """Return an impact of a robot none of whose joints follows another by a bend.
+
+    Args:
+        robot: rooted at its old stance sole.
+        line: twist of the line of the landing sole on which it lands, shape (6,); None: flat.
+    """
+    ties = robot.coupling
+    return kernels.Landing(
+        robot=bodies_of(robot),
+        motors=ties.motor.tolist(),
+        slopes=ties.coefficients[:, 1],
+        line=line,
+    )

@@ -45,6 +45,8 @@ what F does (docs/derivations.md).
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pinocchio as pin
 from eigenpy import PartialPivLU
@@ -52,6 +54,7 @@ from eigenpy import PartialPivLU
 from gaitopt.contact import Hinge
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.inverse_dynamics_hessian import (
     DynamicsHessian,
     InverseDynamicsHessian,
@@ -65,6 +68,9 @@ from gaitopt.model.coupling import Tangent
 from gaitopt.model.joint_tree import TWIST, JointTree
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
+
+if TYPE_CHECKING:
+    from gaitopt.mechanics import kernels
 
 BASE = 6
 """Entries of V and of I that belong to a foot."""
@@ -99,28 +105,48 @@ class ImpactState:
 
 @dataclass(frozen=True)
 class ImpactDerivatives:
-    """Derivatives of (V+, I), shape (12 + n, n) each; with w 13 + n where the foot lands on a line.
+    """Derivatives of (V+, I) [SI], 12 + n rows; with w 13 + n where the foot lands on a line.
 
     Attributes:
-        posture: with respect to the joint angles at the impact.
-        rate: with respect to the joint rates before the impact.
-        kkt: the matrix of the linear system, square.
-        sole: with respect to the twist of the old stance sole before, shape (12 + n, 6); None where
-            that foot stands still.
+        inputs: in the joint angles at the impact, the joint rates before it and, where the old
+            stance sole moves before, its twist, side by side, shape (rows, 2 n) or (rows, 2 n + 6).
+        free: n.
+        kkt, inverse: the matrix K of the linear system and its inverse, shape (rows, rows).
+        axes: of all joints in the world, shape (all, 6).
+        frame: of the landing sole: its axes by rows, then its origin [m], shape (4, 3).
         bent: what joints add that follow others by a bend; None where there are none.
     """
 
-    posture: Array
-    rate: Array
+    inputs: Array
+    free: int
     kkt: Array
-    sole: Array | None = None
+    inverse: Array
+    axes: Array
+    frame: Array
     bent: BentImpact | None = None
 
     @property
-    def inputs(self) -> Array:
-        """In posture, rates and, where it moves, the sole's twist, side by side, (rows, inputs)."""
-        parts = [self.posture, self.rate, *([] if self.sole is None else [self.sole])]
-        return np.hstack(parts)
+    def posture(self) -> Array:
+        """With respect to the joint angles at the impact, shape (rows, n)."""
+        return self.inputs[:, : self.free]
+
+    @property
+    def rate(self) -> Array:
+        """With respect to the joint rates before the impact, shape (rows, n)."""
+        return self.inputs[:, self.free : 2 * self.free]
+
+    @property
+    def sole(self) -> Array:
+        """With respect to the old stance sole's twist before it, (rows, 6); (rows, 0) at rest."""
+        return self.inputs[:, 2 * self.free :]
+
+    def adjoint(self, weights: Array) -> Array:
+        """Return l with K' l = -weights, shape (rows,).
+
+        One step of refinement: second derivatives are as good as this equation holds.
+        """
+        found = -weights @ self.inverse
+        return np.asarray(found - (weights + found @ self.kkt) @ self.inverse)
 
 
 @dataclass(frozen=True)
@@ -224,6 +250,9 @@ class Impact:
         self._forces.extend([pin.Force.Zero()] * robot.model.njoints)
         self._coupling = robot.coupling
         self._nv = BASE + len(robot.joint_names)
+        self._kernel = None
+        if compiled.in_use() and self._coupling.affine:
+            self._kernel = compiled.landing_of(robot, None if landing is None else landing.twist)
 
     def _configuration(self, posture: Array) -> Array:
         self._q[BASE + 1 :] = self._coupling.angles(posture)
@@ -272,6 +301,9 @@ class Impact:
             rate_before: joint rates before it [rad/s], shape (n,).
             sole_before: twist of the stance sole before it, in its frame, shape (6,); None at rest.
         """
+        if self._kernel is not None:
+            angles = self._coupling.angles(posture)
+            return self._state(self._kernel.impact(angles, rate_before, sole_before, False)[0])
         D, J = self._matrices(posture)
         rhs = np.zeros(self._size)
         rhs[: self._nv] = _momentum(D, rate_before, sole_before)
@@ -281,22 +313,28 @@ class Impact:
         self, posture: Array, rate_before: Array, sole_before: Array | None = None
     ) -> tuple[ImpactState, ImpactDerivatives]:
         """Return the state and its exact derivatives, Eqs. (58)-(62); arguments as of `state`."""
+        if self._kernel is not None:
+            angles, n = self._coupling.angles(posture), len(posture)
+            found = self._kernel.impact(angles, rate_before, sole_before, True)
+            y, inputs, kkt, inverse, axes, frame = found
+            return self._state(y), ImpactDerivatives(inputs, n, kkt, inverse, axes, frame)
         D, J = self._matrices(posture)
-        K, nv, n = self._kkt(D, J), self._nv, len(posture)
-        factors = PartialPivLU(K)
-        rhs = np.zeros(self._size)
+        nv, n, kkt, rhs = self._nv, len(posture), self._kkt(D, J), np.zeros(self._size)
+        factors = PartialPivLU(kkt)
+        inverse = factors.inverse()
         rhs[:nv] = _momentum(D, rate_before, sole_before)
         state = self._state(solve(factors, rhs))
-        sides = np.zeros((self._size, 2 * n + (0 if sole_before is None else BASE)))
+        sides = np.zeros((nv + BASE, 2 * n + (0 if sole_before is None else BASE)))
         bent = self._bent(posture, rate_before, sole_before, state)
         momentum, landing = self._residual_jacobians(posture, rate_before, sole_before, state, bent)
-        sides[:nv, :n], sides[nv : nv + BASE, :n] = -momentum, -landing
+        sides[:nv, :n], sides[nv:, :n] = -momentum, -landing
         sides[:nv, n : 2 * n] = D[:, BASE:]
         if sole_before is not None:
             sides[:nv, 2 * n :] = D[:, :BASE]
-        found = solve(factors, sides)
-        of_sole = None if sole_before is None else found[:, 2 * n :]
-        return state, ImpactDerivatives(found[:, :n], found[:, n : 2 * n], K, of_sole, bent)
+        foot, axes = self._data.oMi[self._last] * self._to_last, self._data.J[:, BASE:].T.copy()
+        frame = np.concatenate([foot.rotation, foot.translation[None]])
+        inputs = inverse[:, : nv + BASE] @ sides
+        return state, ImpactDerivatives(inputs, n, kkt, inverse, axes, frame, bent)
 
     def _bent(
         self, posture: Array, rate_before: Array, sole_before: Array | None, state: ImpactState
@@ -406,22 +444,19 @@ class Impact:
             sole_before: as of `state`.
         """
         jump = _jump(state, rate_before, sole_before)
-        adjoint = -solve(derivatives.kkt.T, weights)
-        q = self._configuration(posture)
-        J = pin.computeJointJacobians(self._weightless, self._data, q)
+        adjoint = derivatives.adjoint(weights)
         tangent = self._coupling.at(posture)
         whole = tangent.velocity(jump)
         dynamics = WeightedDynamics(
-            axes=J[:, BASE:].T.copy()[None],
+            axes=derivatives.axes[None],
             posture=self._coupling.angles(posture)[None],
             rate=np.zeros((1, self.robot.tree.size)),
             acceleration=whole[None, BASE:],
             base_acceleration=whole[None, :BASE],
             weights=tangent.velocity(adjoint[: self._nv])[None],
         )
-        foot = self._data.oMi[self._last] * self._to_last
         tree = self.robot.tree
-        return WeightedImpact(dynamics, state, derivatives, foot, adjoint, tree, tangent)
+        return WeightedImpact(dynamics, state, derivatives, adjoint, tree, tangent, self._kernel)
 
 
 @dataclass(frozen=True)
@@ -435,19 +470,25 @@ class WeightedImpact:
         dynamics: D (V+ - V-) as the inverse dynamics of one instant at rest, weighted by l, of all
             joints.
         state, derivatives: the impact and its derivatives.
-        foot: placement of the landing sole.
         adjoint: l, shape (12 + n,), or (13 + n,) on a line.
         tree: of all joints.
         tangent: of all joints to the n that follow no other.
+        kernel: what computes the Hessian; None: the plain path.
     """
 
     dynamics: WeightedDynamics
     state: ImpactState
     derivatives: ImpactDerivatives
-    foot: pin.SE3
     adjoint: Array
     tree: JointTree
     tangent: Tangent
+    kernel: kernels.Landing | None = None
+
+    @property
+    def on_forces(self) -> Array:
+        """Matrix that takes forces from the landing sole's frame to the world, shape (6, 6)."""
+        *axes, origin = self.derivatives.frame
+        return np.asarray(pin.SE3(np.array(axes), origin).toDualActionMatrix())
 
     @property
     def rate_after(self) -> Array:
@@ -462,11 +503,17 @@ class WeightedImpact:
         Args:
             inertial: second derivatives of `dynamics`, in all joints.
         """
-        n = len(self.tangent.of.free)
+        of, state = self.derivatives, self.state
+        if self.kernel is not None:
+            return self.kernel.hessian(
+                state.velocity, state.impulse, of.inputs, of.axes, of.frame, self.adjoint,
+                inertial.qq[0], inertial.qa[0], inertial.base[0],
+            )  # fmt: skip
+        n = of.free
         qq, by_result = self._landing()
         by_jump = np.concatenate([inertial.base[0], inertial.qa[0]], axis=1)
         qq += inertial.qq[0]
-        bent = self.derivatives.bent
+        bent = of.bent
         if bent is not None:
             more, by_more, jump_more = self._where_bent(bent, inertial.qa[0], by_result)
         qq = self.tangent.reduced_twice(qq)
@@ -475,9 +522,9 @@ class WeightedImpact:
         if bent is not None:
             qq, by_result, by_jump = qq + more, by_result + by_more, by_jump + jump_more
         by_result[:, : BASE + n] += by_jump
-        mixed = by_result @ self.derivatives.inputs
+        mixed = by_result @ of.inputs
         mixed[:, n : 2 * n] -= by_jump[:, BASE:]  # the jump V+ - V- sees minus the rate before
-        if self.derivatives.sole is not None:
+        if of.sole.size:
             mixed[:, 2 * n :] -= by_jump[:, :BASE]
         H = np.zeros((mixed.shape[1], mixed.shape[1]))
         H[:n, :n] = qq
@@ -559,7 +606,7 @@ class WeightedImpact:
         both = moved_axes(
             axes, np.array([self.rate_after[legs], rates[legs]]), np.array([state.sole_twist, base])
         )
-        on_forces = self.foot.toDualActionMatrix()  # its transpose takes motions back
+        on_forces = self.on_forces  # its transpose takes motions back
         push, impulse = on_forces @ landing, on_forces @ state.impulse
         qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE + rest))
         qq[legs, legs] = velocity_hessian(axes, both, np.array([push, -impulse])).sum(axis=0)

@@ -190,6 +190,76 @@ py::array_t<double> hessian_of(const Table &pelvis_axes, const Table &pelvis_dri
   return hessian;
 }
 
+Landing landing_of(const Bodies &robot, const std::vector<int> &motors, const Table &slopes,
+                   const std::optional<Table> &line) {
+  Landing at;
+  const py::ssize_t n = robot.count;
+  expect(slopes, "slopes", {n});
+  if (line) expect(*line, "line", {6});
+  if (static_cast<int>(motors.size()) != robot.count)
+    throw std::invalid_argument("each joint must follow a free one or be one");
+  at.robot = robot;
+  for (const int motor : motors) {
+    if (motor < 0 || motor >= robot.count)
+      throw std::invalid_argument("there are no more free joints than joints");
+    at.free = std::max(at.free, motor + 1);
+  }
+  at.motors = motors;
+  at.slopes = copied(slopes);
+  if (line) at.line = copied(*line);
+  return at;
+}
+
+py::tuple landed(const Landing &at, const Table &angles, const Table &rate,
+                 const std::optional<Table> &twist, bool derivatives) {
+  const py::ssize_t n = at.robot.count, size = at.size();
+  expect(angles, "angles", {n});
+  expect(rate, "rate", {at.free});
+  if (twist) expect(*twist, "twist", {6});
+  std::vector<double> before(at.speeds());
+  if (twist) std::copy(twist->data(), twist->data() + 6, before.begin());
+  std::copy(rate.data(), rate.data() + at.free, before.begin() + 6);
+  const ImpactMotion motion = {angles.data(), before.data(), twist.has_value()};
+  py::array_t<double> result(size), kkt({size, size}), inverse({size, size}),
+      axes({n, py::ssize_t{6}}), frame({4, 3}),
+      inputs({derivatives ? size : 0, py::ssize_t{at.inputs(motion.moving)}});
+  const ImpactTables found = {result.mutable_data(),  kkt.mutable_data(),
+                              inverse.mutable_data(), axes.mutable_data(),
+                              frame.mutable_data(),   derivatives ? inputs.mutable_data() : nullptr};
+  {
+    py::gil_scoped_release others;
+    impact(at, motion, found);
+  }
+  return py::make_tuple(result, inputs, kkt, inverse, axes, frame);
+}
+
+Table landed_hessian(const Landing &at, const Table &velocity, const Table &impulse,
+                     const Table &inputs, const Table &axes, const Table &frame,
+                     const Table &adjoint, const Table &qq, const Table &qa, const Table &base) {
+  const py::ssize_t n = at.robot.count, size = at.size();
+  const bool moving = inputs.ndim() == 2 && inputs.shape(1) == at.inputs(true);
+  const py::ssize_t width = at.inputs(moving);
+  expect(velocity, "velocity", {at.speeds()});
+  expect(impulse, "impulse", {6});
+  expect(inputs, "inputs", {size, width});
+  expect(axes, "axes", {n, 6});
+  expect(frame, "frame", {4, 3});
+  expect(adjoint, "adjoint", {size});
+  expect(qq, "qq", {n, n});
+  expect(qa, "qa", {n, n});
+  expect(base, "base", {n, 6});
+  const WeightedImpact given = {velocity.data(), impulse.data(), axes.data(), frame.data(),
+                                inputs.data(),   moving,         adjoint.data(),
+                                qq.data(),       qa.data(),      base.data()};
+  Table hessian({width, width});
+  double *found = hessian.mutable_data();
+  {
+    py::gil_scoped_release others;
+    impact_hessian(at, given, found);
+  }
+  return hessian;
+}
+
 }  // namespace
 }  // namespace gaitopt
 
@@ -213,4 +283,12 @@ PYBIND11_MODULE(kernels, module) {
              py::arg("sole_axes"), py::arg("sole_drive"), py::arg("points"),
              py::arg("joint_axes"), py::arg("rates"), py::arg("q_weights"),
              py::arg("leg_weights"));
+  py::class_<Landing>(module, "Landing")
+      .def(py::init(&landing_of), py::arg("robot"), py::arg("motors"), py::arg("slopes"),
+           py::arg("line"))
+      .def("impact", &landed, py::arg("angles"), py::arg("rate"), py::arg("twist"),
+           py::arg("derivatives"))
+      .def("hessian", &landed_hessian, py::arg("velocity"), py::arg("impulse"), py::arg("inputs"),
+           py::arg("axes"), py::arg("frame"), py::arg("adjoint"), py::arg("qq"), py::arg("qa"),
+           py::arg("base"));
 }

@@ -69,4 +69,45 @@ void support_slopes(const DoubleSupport &support, const double *joints, double *
 void support_hessian(const DoubleSupport &support, const Chain &joints, const double *q_weights,
                      const double *leg_weights, double *hessian);
 
+// An impact: the robot, m of whose n joints follow no other, and the sole on which it lands.
+struct Landing {
+  Bodies robot;
+  int free = 0;                // m
+  std::vector<int> motors;     // which of the m each of the n joints follows or is (n)
+  std::vector<double> slopes;  // and with what share of its rate (n)
+  std::vector<double> line;    // twist of the line on which it lands (6); none: flat
+
+  int speeds() const { return 6 + free; }                                  // of V
+  int size() const { return speeds() + 6 + (line.empty() ? 0 : 1); }       // of V+, I and w
+  int inputs(bool moving) const { return 2 * free + (moving ? 6 : 0); }    // posture, V-
+};
+
+struct ImpactMotion {
+  const double *angles;  // of all joints (n)
+  const double *before;  // V- (6 + m)
+  bool moving;           // whether the stance sole does, before
+};
+
+struct ImpactTables {
+  double *result;   // V+, I and, on a line, w (size)
+  double *kkt;      // the matrix of the linear system (size, size)
+  double *inverse;  // its inverse
+  double *axes;     // of the joints (n, 6)
+  double *frame;    // of the landing sole: axes by rows, origin (12)
+  double *inputs;   // derivatives of the result in posture, rates and twist (size, inputs); or nothing
+};
+
+void impact(const Landing &at, const ImpactMotion &motion, const ImpactTables &found);
+
+struct WeightedImpact {
+  const double *velocity, *impulse;      // V+ (6 + m), I (6)
+  const double *axes, *frame, *inputs;   // as of ImpactTables
+  bool moving;                           // as of ImpactMotion
+  const double *adjoint;                 // l (size)
+  const double *qq, *qa, *base;          // inertial second derivatives (n, n), (n, n), (n, 6)
+};
+
+// Hessian in posture, rates and twist (inputs, inputs).
+void impact_hessian(const Landing &at, const WeightedImpact &given, double *hessian);
+
 }  // namespace gaitopt

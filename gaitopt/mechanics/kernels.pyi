@@ -44,3 +44,27 @@ def support_hessian(
     q_weights: Array,
     leg_weights: Array,
 ) -> Array: ...
+
+class Landing:
+    def __init__(
+        self,
+        robot: Bodies,
+        motors: Sequence[int],
+        slopes: Array,
+        line: Array | None,
+    ) -> None: ...
+    def impact(
+        self, angles: Array, rate: Array, twist: Array | None, derivatives: bool
+    ) -> tuple[Array, Array, Array, Array, Array, Array]: ...
+    def hessian(
+        self,
+        velocity: Array,
+        impulse: Array,
+        inputs: Array,
+        axes: Array,
+        frame: Array,
+        adjoint: Array,
+        qq: Array,
+        qa: Array,
+        base: Array,
+    ) -> Array: ...

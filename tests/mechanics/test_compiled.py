@@ -10,16 +10,19 @@ import pytest
 from changed_robots import changed
 from motions import bent_posture
 from synthetic_bipeds import SYNTHETIC, synthetic
+from tied_bipeds import TIED, tied
 
-from gaitopt.contact import Hinge
+from gaitopt.contact import Hinge, ToeLine
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.double_support import InverseKinematicsSupport, JointAngleSupport
 from gaitopt.mechanics import compiled
 from gaitopt.mechanics.capsule_distance import nearest
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
+from gaitopt.mechanics.impact import Impact
+from gaitopt.mechanics.inverse_dynamics_hessian import DynamicsHessian
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import by_pinocchio
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 
 ROBOTS = ("biped", "on a slope, with rotors", *SYNTHETIC)
 COUNTS = (1, 2, 3, 4, 5, 31)  # four instants are computed together
@@ -29,9 +32,14 @@ CLOSE = 1e-13  # of the largest entry
 
 @pytest.fixture(params=ROBOTS)
 def any_robot(request, robot):
-    if request.param in SYNTHETIC:
-        return synthetic(request.param)
-    if request.param == "biped":
+    return made(request.param, robot)
+
+
+def made(name: str, robot: Robot) -> Robot:
+    """Return one of `ROBOTS`, from the biped."""
+    if name in SYNTHETIC:
+        return synthetic(name)
+    if name == "biped":
         return robot
     rotors = changed(robot, {"armature": np.linspace(0.01, 0.2, robot.tree.size)}, 1.0)
     return rotors.on_ground(DOWN)
@@ -43,10 +51,10 @@ def random_motion(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
     return size * np.random.default_rng(seed).normal(size=(3, count, robot.tree.size))
 
 
-def check(found, expected) -> None:
+def check(found, expected, close: float = CLOSE) -> None:
     for one, other in zip(found, expected, strict=True):
         assert one.shape == other.shape
-        assert np.abs(one - other).max(initial=0.0) <= CLOSE * np.abs(other).max(initial=0.0)
+        assert np.abs(one - other).max(initial=0.0) <= close * np.abs(other).max(initial=0.0)
 
 
 def test_kernels_are_built_where_there_is_a_compiler():
@@ -212,3 +220,75 @@ def test_a_leg_that_is_singular_is_refused(robot, both_paths):
             support.curvature(posture, np.zeros((2, 3)), axes, slopes, np.arange(12.0))
 
     both_paths(refused)
+
+
+LANDINGS = {  # on a line of the sole, or flat; from a stance sole that turns, or rests
+    "flat": (False, False),
+    "flat, turning": (False, True),
+    "line": (True, False),
+    "line, turning": (True, True),
+}
+
+
+@pytest.fixture(params=[*ROBOTS, *(name for name in TIED if "bent" not in name)])
+def landing_robot(request, robot):
+    return tied(request.param) if request.param in TIED else made(request.param, robot)
+
+
+@pytest.fixture(params=LANDINGS)
+def landing(request, landing_robot, rng, monkeypatch):
+    """An impact by the kernels, the plain one, and arguments of `state`."""
+    line, turning = LANDINGS[request.param]
+    hinge, n = ToeLine(0.01).hinge(landing_robot.sole), len(landing_robot.joint_names)
+    at = rng.normal(0.0, 0.3, n), rng.normal(0.0, 2.0, n), 1.7 * hinge.twist if turning else None
+    found = Impact(landing_robot, hinge if line else None)
+    monkeypatch.setattr(compiled, "WANTED", False)
+    return found, Impact(landing_robot, hinge if line else None), at
+
+
+def test_impact(landing):
+    found, plain, at = landing
+    (state, slopes), (expected, others) = found.derivatives(*at), plain.derivatives(*at)
+    tables = "kkt", "axes", "frame"
+    check(*([getattr(one, name) for name in tables] for one in (slopes, others)))
+    # what two good solutions of a system may differ by
+    close = np.finfo(float).eps * np.linalg.cond(slopes.kkt)
+    check([slopes.inputs, slopes.inverse], [others.inputs, others.inverse], close)
+    check([result(state, slopes)], [result(expected, slopes)], close)
+    alone = found.state(*at)
+    np.testing.assert_array_equal(result(alone, slopes), result(state, slopes))
+
+
+def result(state, slopes):
+    """V+, I and, on a line, w."""
+    return np.array([*state.velocity, *state.impulse, state.turn_rate])[: len(slopes.kkt)]
+
+
+def test_hessian_of_the_impact(landing, rng):
+    found, plain, at = landing
+    state, slopes = found.derivatives(*at)
+    weights = rng.normal(size=len(slopes.kkt))
+    one, other = (each.weighted(*at[:2], state, slopes, weights, at[2]) for each in (found, plain))
+    inertial = cached_workspace(found.robot, DynamicsHessian).of(one.dynamics)
+    check([one.hessian(inertial)], [other.hessian(inertial)])
+
+
+def test_joints_that_follow_by_a_bend_take_the_plain_path():
+    robot = tied("bent elbows and shanks")
+    at = np.zeros((2, len(robot.joint_names)))
+    assert Impact(robot).derivatives(*at)[1].bent is not None
+
+
+def test_impacts_refuse_tables_of_other_shapes(robot):
+    kernel = compiled.landing_of(robot, None)
+    with pytest.raises(ValueError, match=r"rate must have shape \(12, \)"):
+        kernel.impact(np.zeros(12), np.zeros(11), None, True)
+    with pytest.raises(ValueError, match=r"twist must have shape \(6, \)"):
+        kernel.impact(np.zeros(12), np.zeros(12), np.zeros(5), True)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_an_impact_that_is_not_finite_stays_so(robot, value):
+    posture, rate = np.full(12, 0.1), np.zeros(12)
+    posture[3] = value
+    assert not np.isfinite(Impact(robot).state(posture, rate).velocity).any()
