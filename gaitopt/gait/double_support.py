@@ -315,12 +315,6 @@ class DoubleSupport(ABC):
         pelvis, sole = self._placing.at(geometry)
         return pelvis, sole
 
-    def legs(self, pelvis: pin.SE3, sole: pin.SE3) -> tuple[Array, Array]:
-        """Return vectors from ankle to hip centres (2, 3); hips, then swing ankle, world (3, 3)."""
-        hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
-        ankles = np.array([self.robot.legs.ankles[0], sole.act(self.robot.legs.ankles[1])])
-        return hips - ankles, np.concatenate([hips, ankles[1:]])
-
     def slopes(self, posture: Posture, axes: Array = _NO_JOINTS) -> tuple[Array, Array]:
         """Return the jacobians of joints and legs in the geometric quantities, (m, G), (2, 3, G).
 
@@ -417,7 +411,7 @@ def refuse_undetermined(robot: Robot) -> None:
 class InverseKinematicsSupport(DoubleSupport):
     """The paper's form: q_start by inverse kinematics; B = G (see `refuse_undetermined`)."""
 
-    _last: tuple[Array, Posture] | None = None
+    _last: tuple[bytes, Posture] | None = None
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
         """Return the posture; the last one is kept: a walk is looked at on one grid after another.
@@ -426,11 +420,13 @@ class InverseKinematicsSupport(DoubleSupport):
             UnreachableError: a leg cannot reach, or the feet or pelvis are misplaced.
         """
         del q_start
-        if self._last is not None and np.array_equal(self._last[0], geometry):
+        known = geometry.tobytes()
+        if self._last is not None and self._last[0] == known:
             return self._last[1]
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
+        legs, points = self.kinematics.legs(pelvis, sole)
         try:
-            q_start = self.kinematics.solve(pelvis, sole)
+            q_start = self.kinematics.solve(pelvis, sole, legs)
         except UnreachableError as error:
             raise UnreachableError(
                 f"{error} (pelvis height {fixed(geometry[PELVIS_HEIGHT], 4)} m, "
@@ -438,9 +434,8 @@ class InverseKinematicsSupport(DoubleSupport):
                 f"step length {fixed(geometry[STEP_LENGTH], 4)} m, "
                 f"foot spacing {fixed(geometry[FOOT_SPACING], 4)} m)"
             ) from error
-        legs = self.legs(pelvis, sole)
-        found = Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
-        self._last = geometry.copy(), found
+        found = Posture(q_start, legs, points, pelvis, sole, pelvis_axes, sole_axes, self.drives)
+        self._last = known, found
         return found
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
@@ -507,7 +502,7 @@ class JointAngleSupport(DoubleSupport):
         for name, loop in zip(("pelvis", "swing foot"), loops, strict=True):
             if np.trace(loop.rotation) < 1.0:  # its sine, which the rows read, vanishes again
                 raise EvaluationError(f"the {name} is turned by more than a right angle")
-        legs = self.legs(pelvis, sole)
+        legs = self.kinematics.legs(pelvis, sole)
         return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives, loops)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:

@@ -408,7 +408,7 @@ def _lowered(problem: WalkProblem, number: int, geometry: Array) -> Array:
         place(chain, geometry)[0]
         for chain in (PELVIS_CHAIN, swing_sole_chain(problem.task.ground.rise))
     )
-    vectors = problem.model.boundary.legs(pelvis, sole)[0]
+    vectors = problem.model.boundary.kinematics.legs(pelvis, sole)[0]
     if not quantity.free or np.linalg.norm(vectors, axis=1).max() <= _STRAIGHT * legs.reach:
         return geometry
     away = np.linalg.norm(vectors[:, :2], axis=1)
@@ -475,4 +475,4 @@ def _legs(problem: WalkProblem, number: int, x: Array) -> Array:
     """Return the vectors from ankles to hips in the double support of a step, shape (2, 3)."""
     model, boundary = problem.models[number], problem.model.boundary
     (pelvis, _), (sole, _) = boundary.place(model.layout.geometry_of(model.chart.of(x)))
-    return boundary.legs(pelvis, sole)[0]
+    return boundary.kinematics.legs(pelvis, sole)[0]

@@ -54,16 +54,27 @@ class LegKinematics:
         self._data = robot.model.createData()
         self._q = pin.neutral(robot.model)
 
-    def solve(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+    def legs(self, pelvis: pin.SE3, sole: pin.SE3) -> tuple[Array, Array]:
+        """Return vectors from ankle to hip centres (2, 3); hips, then swing ankle, world (3, 3)."""
+        legs = self.robot.legs
+        points = np.empty((3, 3))
+        points[:2] = legs.hips @ pelvis.rotation.T + pelvis.translation
+        points[2] = sole.act(legs.ankles[1])
+        vectors = points[:2] - legs.ankles[0]
+        vectors[1] = points[1] - points[2]
+        return vectors, points
+
+    def solve(self, pelvis: pin.SE3, sole: pin.SE3, legs: Array | None = None) -> Array:
         """Return the joint angles that place pelvis and swing sole [rad], shape (n,).
 
         Args:
             pelvis, sole: placements in the stance sole frame.
+            legs: vectors from ankle to hip centres [m], shape (2, 3), if they are known.
 
         Raises:
             UnreachableError: a leg is too short, or the search does not converge.
         """
-        self._check_reach(pelvis, sole)
+        self._check_reach(self.legs(pelvis, sole)[0] if legs is None else legs)
         q = self._search(self._seed, pelvis, sole)
         bend = min(self._bent(q))
         if bend < 0.0:
@@ -112,17 +123,15 @@ class LegKinematics:
         J = pin.computeJointJacobians(self._model, self._data, self._q)
         return np.asarray(J[:, 6:].T).copy()
 
-    def _check_reach(self, pelvis: pin.SE3, sole: pin.SE3) -> None:
-        legs = self.robot.legs
-        ankles = legs.ankles[0], sole.act(legs.ankles[1])
-        for name, hip, ankle in zip(("stance", "swing"), legs.hips, ankles, strict=True):
-            apart = pelvis.act(hip) - ankle
-            distance = math.hypot(*apart)  # infinite where a square would overflow
-            if distance > legs.bound:
+    def _check_reach(self, legs: Array) -> None:
+        bound = self.robot.legs.bound
+        for name, leg in zip(("stance", "swing"), legs.tolist(), strict=True):
+            distance = math.hypot(*leg)  # infinite where a square would overflow
+            if distance > bound:
                 raise UnreachableError(
                     f"the {name} leg is too short: hip and ankle are {fixed(distance, 4)} m "
-                    f"apart, the straight leg measures {fixed(legs.bound, 4)} m; "
-                    f"lower the pelvis by at least {fixed(distance - legs.bound, 4)} m or shorten "
+                    f"apart, the straight leg measures {fixed(bound, 4)} m; "
+                    f"lower the pelvis by at least {fixed(distance - bound, 4)} m or shorten "
                     "the step"
                 )
 
