@@ -62,11 +62,9 @@ class Table:
         """Return the change of all rows along a step (P,), shape (k,) or (K r,)."""
         return _scaled(self.table @ step, self.per_unit)
 
-    def most_change(self, scale: Array, rows: Indices | None) -> Array:
-        """Return as of `Point.most_change`."""
-        if rows is None:
-            return _scaled(np.abs(self.table) @ scale, self.per_unit)
-        return np.asarray(np.abs(self[rows]) @ scale)
+    def most_change(self, scale: Array) -> Array:
+        """Return as of `Point.most_change`, of all rows."""
+        return _scaled(np.abs(self.table) @ scale, self.per_unit)
 
 
 def _scaled(changes: Array, per_unit: Array | None) -> Array:
@@ -122,7 +120,7 @@ class Product:
         """Return the change of all rows along a step (P,), shape (K r,)."""
         return _scaled(self.local.along(self.angles @ step), self.per_unit)
 
-    def most(self, changes: Array, rows: Indices | None) -> Array:
+    def most(self, changes: Array, rows: Indices | None = None) -> Array:
         """Return a bound of the changes of all rows (K r,), or a closer one of some (k,).
 
         Args:
@@ -222,6 +220,7 @@ class RowSlopes:
         self._found: dict[int, Table | Product | Stacked] = {}
         self._parts: list[Table | Product] = []
         self._last: tuple[Indices, Array] | None = None
+        self._most: tuple[Array, Array, dict[int, Array]] | None = None  # by scale
         self.asked = False  # whether someone asked for all rows
 
     def form(self) -> None:
@@ -266,18 +265,35 @@ class RowSlopes:
 
     def most_change(self, scale: Array, rows: Indices | None = None) -> Array:
         """Return as of `Point.most_change`; as if each joint moved by as much as it can."""
-        changes: dict[int, Array] = {}  # of angles, which products share
-        found, parts = [], self.parts
-        each = [None] * len(parts) if rows is None else self._by_part(rows)
-        for part, some in zip(parts, each, strict=True):
+        if self._most is None or self._most[0] is not scale:
+            self._most = scale, *self._bounds(scale)
+        _, bounds, changes = self._most
+        if rows is None:
+            return bounds
+        found, cuts = bounds[rows], rows.searchsorted(self._edges).tolist()
+        for number, most in changes.items():  # of others, the bound is what they can
+            part, here = self._parts[number], slice(*cuts[number : number + 2])
+            if isinstance(part, Product) and here.start < here.stop:
+                found[here] = part.most(most, rows[here] - self._edges[number])
+        return found
+
+    def _bounds(self, scale: Array) -> tuple[Array, dict[int, Array]]:
+        """Return bounds of all rows (m,), and of each product, by number, of its angles (K, n)."""
+        changes: dict[int, Array] = {}
+        shared: dict[int, Array] = {}  # of the same angles
+        found = []
+        for number, part in enumerate(self.parts):
             if isinstance(part, Product):
                 key = id(part.angles)
-                if key not in changes:
-                    changes[key] = np.abs(part.angles) @ scale
-                found.append(part.most(changes[key], some))
+                if key not in shared:
+                    shared[key] = np.abs(part.angles) @ scale
+                changes[number] = shared[key]
+                found.append(part.most(shared[key]))
             else:
-                found.append(part.most_change(scale, some))
-        return np.concatenate(found)
+                found.append(part.most_change(scale))
+        bounds = np.concatenate(found)
+        bounds.setflags(write=False)
+        return bounds, changes
 
     def _by_part(self, rows: Indices) -> list[Indices]:
         """Return some rows by their numbers within the parts that they are of."""

@@ -181,38 +181,36 @@ def convexify(hessian: Array, active: Array, most: float = np.inf) -> ConvexMode
         active: gradients of the rows believed active, shape (k, n).
         most: about the most that sigma may be for the sake of Q1' H Q2.
     """
-    Q1, Q2, solver = _spaces(active)
-    reduced = Q2.T @ hessian @ Q2
-    positive = _absolute(reduced)
-    inner, coupling = Q1.T @ hessian @ Q1, Q1.T @ hessian @ Q2
+    Q, rank, solver = _spaces(active)
+    Q1, Q2, bent = Q[:, :rank], Q[:, rank:], Q.T @ hessian @ Q
+    inner, coupling, reduced = bent[:rank, :rank], bent[:rank, rank:], bent[rank:, rank:]
+    matrix, positive = hessian, reduced
+    if cholesky(reduced - FLOOR * np.eye(reduced.shape[0])) is None:
+        eigenvalues, V = np.linalg.eigh(reduced)
+        gain = np.maximum(np.abs(eigenvalues), FLOOR) - eigenvalues
+        changed = np.flatnonzero(gain)
+        added, W = gain[changed] * V[:, changed], Q2 @ V[:, changed]
+        positive = reduced + added @ V[:, changed].T
+        matrix = matrix + (gain[changed] * W) @ W.T
     sigma, at_known = _range_curvature(inner, coupling, positive), None
-    matrix = hessian + Q2 @ (positive - reduced) @ Q2.T
     if sigma > most:
         kept = np.sqrt(most / sigma)
         sigma = _range_curvature(inner, kept * coupling, positive)
         at_known = (1.0 - kept) * (Q2 @ coupling.T)
-        matrix -= at_known @ Q1.T + Q1 @ at_known.T
-    matrix += sigma * (Q1 @ Q1.T)
+        matrix = matrix - (at_known @ Q1.T + Q1 @ at_known.T)
+    matrix = matrix + (sigma * Q1) @ Q1.T
     return ConvexModel(0.5 * (matrix + matrix.T), sigma, Q1, solver, at_known)
 
 
-def _spaces(active: Array) -> tuple[Array, Array, Array]:
-    """Return range space (n, r), null space (n, n - r) and the map from b to r, shape (r, k)."""
+def _spaces(active: Array) -> tuple[Array, int, Array]:
+    """Return Q = [Q1 Q2] (n, n), the columns of Q1, r, and the map from b to r, shape (r, k)."""
     k, n = active.shape
     if k == 0:
-        return np.zeros((n, 0)), np.eye(n), np.zeros((0, 0))
+        return np.eye(n), 0, np.zeros((0, 0))
     length = np.maximum(np.linalg.norm(active, axis=1), 1e-300)
     U, s, Vt = np.linalg.svd(active / length[:, None])
     rank = int(np.sum(s > RANK * s[0]))
-    solver = (U[:, :rank] / s[:rank]).T / length
-    return Vt[:rank].T, Vt[rank:].T, solver
-
-
-def _absolute(matrix: Array) -> Array:
-    if matrix.size == 0:
-        return matrix
-    eigenvalues, V = np.linalg.eigh(matrix)
-    return np.asarray((V * np.maximum(np.abs(eigenvalues), FLOOR)) @ V.T)
+    return Vt.T, rank, (U[:, :rank] / s[:rank]).T / length
 
 
 def _range_curvature(range_block: Array, coupling: Array, null_block: Array) -> float:

@@ -33,6 +33,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 }
 _LARGEST_OF = {"proxqp": 1e6}  # from which on rounding of limits keeps it from its eps_abs
 _DAQP_INFINITY = 1e30  # from which on a limit is none
+_DAQP_LOWER = 2  # of what is given to begin with: at its lower limit
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,9 @@ class QuadraticProgram:
 
     Attributes:
         P, q, G, h, lower, upper: as above.
+        pressing: what is believed to hold with equality at the solution, shape (n + k,), of bounds
+            and then of rows: above zero at upper limits, below at lower ones, 0 elsewhere; None
+            where nothing is known.
     """
 
     P: Array
@@ -49,6 +53,7 @@ class QuadraticProgram:
     h: Array
     lower: Array
     upper: Array
+    pressing: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -133,16 +138,22 @@ def _daqp(program: QuadraticProgram) -> QuadraticSolution | None:
 
     n, m = program.q.size, program.h.size
     upper = np.concatenate([program.upper, program.h])
-    lower = np.concatenate([program.lower, np.full(m, -np.inf)])
-    x, _, flag, info = daqp.solve(
-        np.ascontiguousarray(program.P), program.q, program.G,
-        np.minimum(upper, _DAQP_INFINITY), np.maximum(lower, -_DAQP_INFINITY),
-        np.zeros(n + m, dtype=np.intc), **_OPTIONS["daqp"],
-    )  # fmt: skip
-    if flag <= 0:
-        return None
-    multipliers = np.asarray(info["lam"])
-    return QuadraticSolution(np.asarray(x), np.maximum(multipliers[n:], 0.0), multipliers[:n])
+    lower = np.concatenate([program.lower, np.full(m, -_DAQP_INFINITY)])
+    np.minimum(upper, _DAQP_INFINITY, out=upper)
+    np.maximum(lower, -_DAQP_INFINITY, out=lower)
+    begins = [np.zeros(n + m, dtype=np.intc)]
+    if (known := program.pressing) is not None:  # which may be no set to begin with
+        begins.insert(0, np.where(known < 0.0, 1 + _DAQP_LOWER, known > 0.0).astype(np.intc))
+    for begin in begins:
+        x, _, flag, info = daqp.solve(
+            np.ascontiguousarray(program.P), program.q, program.G, upper, lower, begin,
+            **_OPTIONS["daqp"],
+        )  # fmt: skip
+        if flag > 0:
+            multipliers = np.asarray(info["lam"])
+            rows = np.maximum(multipliers[n:], 0.0)
+            return QuadraticSolution(np.asarray(x), rows, multipliers[:n])
+    return None
 
 
 def _through_qpsolvers(program: QuadraticProgram, backend: str) -> QuadraticSolution | None:

@@ -186,20 +186,27 @@ def _with_slack(hessian: Array, stiffness: float) -> Array:
 
 def _gradients(jacobian: Slopes, active: Active, n: int) -> Array:
     """Return the gradients in (d, s) of what is believed active, s = 0 last, shape (k, n + 1)."""
-    (up, down, bound_up, bound_down), unit = active, np.eye(n)
-    rows = np.vstack([jacobian[up], -jacobian[down]])
-    bounds = np.vstack([unit[bound_up], -unit[bound_down]])
-    found = np.zeros((rows.shape[0] + bounds.shape[0] + 1, n + 1))
-    found[:-1, :n] = np.vstack([rows, bounds])
-    found[: rows.shape[0], n] = -1.0
+    up, down, bound_up, bound_down = active
+    ends = np.cumsum([each.size for each in active])
+    found = np.zeros((ends[-1] + 1, n + 1))
+    found[: ends[0], :n] = jacobian[up]
+    np.negative(jacobian[down], out=found[ends[0] : ends[1], :n])
+    found[: ends[1], n] = -1.0
+    found[range(ends[1], ends[2]), bound_up] = 1.0
+    found[range(ends[2], ends[3]), bound_down] = -1.0
     found[-1, n] = 1.0
     return found
 
 
 def _believed(*multipliers: Array) -> Active:
     """Return what multipliers of rows (m,) and of bounds (n,) say is active, by their signs."""
-    sides = map(_sides, multipliers)
-    return tuple(np.flatnonzero(side == sign) for side in sides for sign in (1.0, -1.0))
+    return tuple(np.flatnonzero(side) for each in multipliers for side in _each_side(each))
+
+
+def _each_side(multipliers: Array) -> tuple[Mask, Mask]:
+    """Return which are above zero, and which below, those left out that count as zero."""
+    threshold = ACTIVE * float(np.abs(multipliers).max(initial=0.0))
+    return multipliers > threshold, multipliers < -threshold
 
 
 @dataclass(frozen=True)
@@ -213,6 +220,8 @@ class Subproblem:
         below, above: lower - c and upper - c, shape (m,).
         box_lower, box_upper: shape (n,).
         use_below, use_above: rows whose lower, upper side is given at first, shape (m,).
+        pressing: what is believed to press, of the box of (d, s) and then of rows, shape
+            (n + 1 + m,): above zero at upper limits, below at lower ones; None if not known.
     """
 
     gradient: Array
@@ -224,6 +233,7 @@ class Subproblem:
     box_upper: Array
     use_below: Mask
     use_above: Mask
+    pressing: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -251,6 +261,12 @@ class ElasticStep:
     def length(self) -> float:
         """Largest component of d."""
         return float(np.abs(self.d).max(initial=0.0))
+
+    @property
+    def pressing(self) -> Array:
+        """What presses, as of `Subproblem`, shape (n + 1 + m,)."""
+        slack = [0.0 if self.slack > 0.0 else -1.0]
+        return np.concatenate([self.box_multipliers, slack, self.multipliers])
 
 
 @dataclass(frozen=True)
@@ -330,8 +346,8 @@ def hold(
 
 def _sides(multipliers: Array) -> Array:
     """Return 1 for those above zero, -1 for those below, 0 for those that count as zero."""
-    threshold = ACTIVE * float(np.abs(multipliers).max(initial=0.0))
-    return np.where(np.abs(multipliers) > threshold, np.sign(multipliers), 0.0)
+    above, below = _each_side(multipliers)
+    return above.astype(np.float64) - below
 
 
 def _with_equations(g: Array, H: Array, A: Array, b: Array) -> tuple[Array, Array] | None:
@@ -412,6 +428,7 @@ def pose_correction(
         above=above,
         use_below=step.use_below,
         use_above=step.use_above,
+        pressing=step.pressing,
     )
 
 
@@ -444,6 +461,7 @@ def solve_subproblem(problem: Subproblem, backend: str) -> ElasticStep | None:
             problem,
             use_below=problem.use_below | missed_below,
             use_above=problem.use_above | missed_above,
+            pressing=step.pressing,
         )
     return step
 
@@ -472,12 +490,17 @@ def _solve_screened(problem: Subproblem, backend: str) -> ElasticStep | None:
 
 def _quadratic_program(problem: Subproblem, above: Indices, below: Indices) -> QuadraticProgram:
     n, k = problem.box_lower.size, above.size
-    G = np.empty((k + below.size, n + 1))
-    G[:k, :n] = problem.jacobian[above]
-    np.negative(problem.jacobian[below], out=G[k:, :n])
+    each = np.flatnonzero(problem.use_above | problem.use_below)
+    slopes, G = problem.jacobian[each], np.empty((k + below.size, n + 1))
+    np.take(slopes, each.searchsorted(above), axis=0, out=G[:k, :n])
+    np.negative(slopes[each.searchsorted(below)], out=G[k:, :n])
     G[:, n] = -1.0
     h = np.concatenate([problem.above[above], -problem.below[below]])
     # d = 0 needs no more slack than the worst row has, so this limit on s is never active.
     enough = 10.0 * max(1.0, -float(h.min(initial=0.0)))
     box = np.append(problem.box_lower, 0.0), np.append(problem.box_upper, enough)
-    return QuadraticProgram(problem.hessian, problem.gradient, G, h, *box)
+    pressing = problem.pressing
+    if pressing is not None:
+        bounds, rows = pressing[: n + 1], pressing[n + 1 :]
+        pressing = np.concatenate([bounds, rows[above] > 0.0, rows[below] < 0.0])
+    return QuadraticProgram(problem.hessian, problem.gradient, G, h, *box, pressing)

@@ -95,6 +95,23 @@ def test_backends_agree(backend: str, seed: int) -> None:
     assert (solution.rows > 1e-3).sum() >= 2
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_believed_to_press_changes_no_answer(seed: int) -> None:
+    """Right, wrong, at the other limit, or more than there are variables."""
+    program = random_program(seed)
+    found = solve_qp(program, "daqp")
+    assert found is not None
+    right = np.concatenate([found.bounds, found.rows])
+    rng = np.random.default_rng(seed)
+    guessed = rng.integers(-1, 2, right.size) * np.concatenate([np.ones(8), np.full(30, 0.5)])
+    for pressing in (right, -right, np.ones(right.size), guessed, np.zeros(right.size)):
+        again = solve_qp(replace(program, pressing=pressing), "daqp")
+        assert again is not None
+        np.testing.assert_allclose(again.x, found.x, atol=1e-9)
+        np.testing.assert_allclose(again.rows, found.rows, atol=1e-7)
+        np.testing.assert_allclose(again.bounds, found.bounds, atol=1e-7)
+
+
 def test_wrong_answer_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     program, asked, honest = random_program(7), [], qp._ask
 
