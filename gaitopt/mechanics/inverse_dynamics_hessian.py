@@ -21,6 +21,7 @@ from dataclasses import fields
 import numpy as np
 
 from gaitopt.dataclass import dataclass
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics, pseudo_inertias
 from gaitopt.mechanics.spatial import (
     cross_force_matrix,
@@ -143,14 +144,25 @@ class InverseDynamicsHessian:
 
 
 class DynamicsHessian:
-    """Second derivatives of the inverse dynamics of one robot."""
+    """Second derivatives of the inverse dynamics of one robot, by kernels where they are built."""
 
     def __init__(self, robot: Robot) -> None:
-        self._bodies, self._tree = ForwardKinematics(robot.model), robot.tree
+        self._robot, self._tree = robot, robot.tree
+        self._bodies = ForwardKinematics(robot.model)
         self._pseudo = pseudo_inertias(robot.model)[1:]
 
     def of(self, at: WeightedDynamics) -> InverseDynamicsHessian:
         """Return those of lambda . tau."""
+        if not compiled.in_use():
+            return self.by_numpy(at)
+        return InverseDynamicsHessian(
+            *compiled.bodies_of(self._robot).inverse_dynamics_hessian(
+                at.posture, at.rate, at.acceleration, at.base_acceleration, at.weights
+            )
+        )
+
+    def by_numpy(self, at: WeightedDynamics) -> InverseDynamicsHessian:
+        """Return `of` without kernels."""
         placed = self._bodies.placed(at.posture)
         inertias = world_inertias(self._pseudo, placed.frames[1:])
         return inverse_dynamics_hessian(inertias, at, self._tree)

@@ -81,6 +81,27 @@ py::tuple support(const Bodies &robot, const Table &q, const Table &dq, const Ta
   return py::make_tuple(effort, frame, jacobian, axes);
 }
 
+py::tuple bent_support(const Bodies &robot, const Table &q, const Table &dq, const Table &ddq,
+                       const Table &base, const Table &weights) {
+  const py::ssize_t n = robot.count, count = q.ndim() == 2 ? q.shape(0) : 0;
+  expect(q, "q", {count, n});
+  expect(dq, "dq", {count, n});
+  expect(ddq, "ddq", {count, n});
+  expect(base, "base", {count, 6});
+  expect(weights, "weights", {count, 6 + n});
+  py::array_t<double> qq({count, n, n}), qv({count, n, n}), vv({count, n, n}), qa({count, n, n});
+  py::array_t<double> by_base({count, n, py::ssize_t{6}});
+  const WeightedMotions given = {
+      {count, q.data(), dq.data(), ddq.data()}, base.data(), weights.data()};
+  const HessianTables found = {qq.mutable_data(), qv.mutable_data(), vv.mutable_data(),
+                               qa.mutable_data(), by_base.mutable_data()};
+  {
+    py::gil_scoped_release others;
+    inverse_dynamics_hessian(robot, given, found);
+  }
+  return py::make_tuple(qq, qv, vv, qa, by_base);
+}
+
 py::array_t<double> placed(const Bodies &robot, const Table &q) {
   const py::ssize_t n = robot.count, count = q.ndim() == 2 ? q.shape(0) : 0;
   expect(q, "q", {count, n});
@@ -273,6 +294,8 @@ PYBIND11_MODULE(kernels, module) {
            py::arg("last"), py::arg("largest"))
       .def("inverse_dynamics", &support, py::arg("q"), py::arg("dq"), py::arg("ddq"),
            py::arg("derivatives"))
+      .def("inverse_dynamics_hessian", &bent_support, py::arg("q"), py::arg("dq"), py::arg("ddq"),
+           py::arg("base"), py::arg("weights"))
       .def("placed", &placed, py::arg("q"));
   module.def("nearest", &nearest_points, py::arg("frames"), py::arg("carriers"),
              py::arg("segments"), py::arg("sides"), py::arg("squares"));

@@ -19,6 +19,20 @@ struct SupportTables {
 
 void inverse_dynamics(const Bodies &robot, const Motions &motion, const SupportTables &found);
 
+struct WeightedMotions {
+  Motions motion;
+  const double *base;     // acceleration of the stance foot (N, 6)
+  const double *weights;  // of wrench and torques (N, 6 + n)
+};
+
+struct HessianTables {
+  double *qq, *qv, *vv, *qa;  // (N, n, n) each
+  double *base;               // (N, n, 6)
+};
+
+void inverse_dynamics_hessian(const Bodies &robot, const WeightedMotions &given,
+                              const HessianTables &found);
+
 // Frames of the stance foot and the n bodies (n + 1, N, 4, 4), at angles (N, n).
 void place_bodies(const Bodies &robot, const double *angles, std::ptrdiff_t count, double *frames);
 

@@ -17,6 +17,9 @@ class Bodies:
     def inverse_dynamics(
         self, q: Array, dq: Array, ddq: Array, derivatives: bool
     ) -> tuple[Array, Array, Array, Array]: ...
+    def inverse_dynamics_hessian(
+        self, q: Array, dq: Array, ddq: Array, base: Array, weights: Array
+    ) -> tuple[Array, Array, Array, Array, Array]: ...
     def placed(self, q: Array) -> Array: ...
     def close_legs(
         self, q: Array, targets: Array, steps: int, last: float, largest: float

@@ -257,23 +257,30 @@ template <class N>
 GAITOPT_INLINE VectorOf<N> transposed(const CoriolisOf<N> &B, const PairOf<N> &y) {
   return N::all(2.0) * cross(B.momentum, y.linear) + transposed(B.below, y.angular);
 }
+// Change of the second moments along a motion, X + X' of X = [w] J - [h] [u].
 template <class N>
-GAITOPT_INLINE CoriolisOf<N> coriolis(const InertiaOf<N> &I, const PairOf<N> &v,
-                                     const PairOf<N> &momentum) {
-  // -[h][v] - [v][h] + X + X' - [l], X = [w] J; [a][b] = b a' - (a . b) 1
-  const VectorOf<N> &h = I.moment, &u = v.linear, &w = v.angular, &l = momentum.angular;
+GAITOPT_INLINE SymmetricOf<N> drift(const InertiaOf<N> &I, const PairOf<N> &v) {
+  // [a][b] = b a' - (a . b) 1
+  const VectorOf<N> &h = I.moment, &u = v.linear, &w = v.angular;
   const SymmetricOf<N> &J = I.second;
   const VectorOf<N> columns[3] = {
       cross(w, {J.xx, J.xy, J.xz}), cross(w, {J.xy, J.yy, J.yz}), cross(w, {J.xz, J.yz, J.zz})};
   const Number<N> twice = N::all(2.0) * dot(h, u);
-  const Number<N> xx = twice + N::all(2.0) * (columns[0].x - h.x * u.x);
-  const Number<N> yy = twice + N::all(2.0) * (columns[1].y - h.y * u.y);
-  const Number<N> zz = twice + N::all(2.0) * (columns[2].z - h.z * u.z);
-  const Number<N> xy = columns[1].x + columns[0].y - h.x * u.y - h.y * u.x;
-  const Number<N> xz = columns[2].x + columns[0].z - h.x * u.z - h.z * u.x;
-  const Number<N> yz = columns[2].y + columns[1].z - h.y * u.z - h.z * u.y;
+  return {twice + N::all(2.0) * (columns[0].x - h.x * u.x),
+          columns[1].x + columns[0].y - h.x * u.y - h.y * u.x,
+          columns[2].x + columns[0].z - h.x * u.z - h.z * u.x,
+          twice + N::all(2.0) * (columns[1].y - h.y * u.y),
+          columns[2].y + columns[1].z - h.y * u.z - h.z * u.y,
+          twice + N::all(2.0) * (columns[2].z - h.z * u.z)};
+}
+template <class N>
+GAITOPT_INLINE CoriolisOf<N> coriolis(const InertiaOf<N> &I, const PairOf<N> &v,
+                                     const PairOf<N> &momentum) {
+  const SymmetricOf<N> D = drift(I, v);  // less [l]
+  const VectorOf<N> &l = momentum.angular;
   return {momentum.linear,
-          {{xx, xy + l.z, xz - l.y}, {xy - l.z, yy, yz + l.x}, {xz + l.y, yz - l.x, zz}}};
+          {{D.xx, D.xy + l.z, D.xz - l.y}, {D.xy - l.z, D.yy, D.yz + l.x},
+           {D.xz + l.y, D.yz - l.x, D.zz}}};
 }
 
 }  // namespace gaitopt

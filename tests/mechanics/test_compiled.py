@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from gaitopt.mechanics import compiled
 from gaitopt.mechanics.capsule_distance import nearest
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.impact import Impact
-from gaitopt.mechanics.inverse_dynamics_hessian import DynamicsHessian
+from gaitopt.mechanics.inverse_dynamics_hessian import DynamicsHessian, WeightedDynamics
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import by_pinocchio
 from gaitopt.model.robot import Robot, cached_workspace
@@ -67,6 +68,17 @@ def test_inverse_dynamics(any_robot, count, derivatives):
     motion = random_motion(any_robot, count)
     found = compiled.bodies_of(any_robot).inverse_dynamics(*motion, derivatives)
     check(found, by_pinocchio(any_robot, motion, derivatives))
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_inverse_dynamics_hessian(any_robot, count):
+    motion, random = random_motion(any_robot, count), np.random.default_rng(1)
+    *_, axes = by_pinocchio(any_robot, motion, True)
+    base, weights = (random.normal(size=(count, k)) for k in (6, 6 + any_robot.tree.size))
+    at = WeightedDynamics(axes, *motion, 10.0 * base, weights)
+    dynamics = DynamicsHessian(any_robot)
+    found, expected = dynamics.of(at), dynamics.by_numpy(at)
+    check(*([getattr(one, each.name) for each in fields(one)] for one in (found, expected)))
 
 
 def test_tables_of_other_shapes_are_refused(robot):
