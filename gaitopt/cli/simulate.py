@@ -112,7 +112,7 @@ def run(asked: SimulateOptions) -> None:
 
     Raises:
         typer.Exit: the robot fell, or the second engine differs.
-        InputError: an unknown controller, or a friction that is not above 0.
+        InputError: an unknown controller, or a number out of range.
     """
     output, page, video, controller = asked.output, asked.page, asked.video, asked.controller
     if output is not None:
@@ -123,13 +123,11 @@ def run(asked: SimulateOptions) -> None:
             f"--controller {controller} is unknown; {did_you_mean(controller, CONTROLLERS)}choose "
             f"one of {', '.join(CONTROLLERS)}"
         )
-    if not 0.0 < asked.friction < math.inf:
-        raise InputError(f"--friction {asked.friction:g}: it must be above 0")
-    gait = loaded(asked.gait)
     seen = page is not None or video is not None
     options = WalkOptions(
         steps=asked.steps, friction=asked.friction, frames=FRAMES if seen else 0.0
     )
+    gait = loaded(asked.gait)
     make = CONTROLLERS[controller]()
     tell = _progress(asked.quiet)
     tell("undisturbed")

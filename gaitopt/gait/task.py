@@ -153,7 +153,11 @@ class Task:
         metavar="KIND",
     )
     penalty_weight: float = entry(
-        1e6, "Weight of the penalty of --speed-as penalty.", "cost/m²", above=0.0
+        1e6,
+        "Weight of the penalty of --speed-as penalty.",
+        "cost/m²",
+        above=0.0,
+        most=1e12,  # far beyond it no solver sees the cost itself
     )
     boundary: str = entry(
         "closed",

@@ -14,9 +14,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.integrate import trapezoid
 
-from gaitopt.bounds import is_finite, shown
+from gaitopt.bounds import RATE, is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, failure, own_line
+from gaitopt.gait.constraints import SLIPPERIEST
 from gaitopt.gait.result import Gait, ground_of
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
@@ -73,11 +74,29 @@ class WalkOptions:
         steps: how many to walk.
         friction: sliding coefficient of soles on the ground.
         frames: postures that are recorded [Hz]; 0 for none.
+
+    Raises:
+        InputError: a number is out of range.
     """
 
     steps: int = STEPS
     friction: float = FRICTION
     frames: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.steps <= MOST_STEPS:
+            raise InputError(
+                f"{shown(self.steps)} steps cannot be simulated; ask for 1 to {MOST_STEPS} of them"
+            )
+        if not (is_finite(self.friction) and self.friction >= SLIPPERIEST):
+            raise InputError(
+                f"the friction of the simulated ground is {shown(self.friction)}; it must be at "
+                f"least {SLIPPERIEST:g}: ice has some 0.02"
+            )
+        if not (is_finite(self.frames) and 0.0 <= self.frames <= RATE):
+            raise InputError(
+                f"{shown(self.frames)} Hz of postures cannot be recorded; give 0 to {RATE} Hz"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,10 +206,6 @@ def simulate(
         RobotError: the gait has no robot of its own, and its URDF is not its robot.
     """
     options = WalkOptions() if options is None else options
-    if not 1 <= options.steps <= MOST_STEPS:
-        raise InputError(
-            f"{options.steps} steps cannot be simulated; ask for 1 to {MOST_STEPS} of them"
-        )
     if (ground := ground_of(gait)).shaped and not ground.rise:
         raise InputError(
             f"this gait walks {ground.words}; what stands on the ground cannot be simulated "
