@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -40,3 +41,26 @@ def test_a_run_ended_by_the_callback_is_one_with_every_scipy(
     assert solution.status is Status.OPTIMAL
     np.testing.assert_array_equal(solution.x, expected.x)
     np.testing.assert_allclose(solution.x, program.solution, atol=1e-4)
+
+
+@pytest.mark.parametrize("stuck", [False, True])
+def test_a_line_search_that_gives_up_far_from_feasible_is_begun_anew(
+    monkeypatch: pytest.MonkeyPatch, stuck: bool
+) -> None:
+    """It ended there as infeasible: SciPy's learnt curvature was poor, not the program."""
+    program, minimise, begun = bank.hs43(), optimize.minimize, []
+    beyond = np.full_like(program.start, 5.0)  # violates all three rows
+
+    def giving_up(fun: Any, start: Array, **more: Any) -> Any:
+        begun.append(start.copy())
+        if stuck or len(begun) == 1:
+            return SimpleNamespace(x=start if len(begun) > 1 else beyond, status=8)
+        return minimise(fun, start, **more)
+
+    monkeypatch.setattr(optimize, "minimize", giving_up)
+    solution = SLSQP().solve(program, Start(program.start))
+    np.testing.assert_array_equal(begun[1], beyond)
+    assert len(begun) == 2
+    assert solution.status is (Status.INFEASIBLE if stuck else Status.OPTIMAL)
+    if not stuck:
+        np.testing.assert_allclose(solution.x, program.solution, atol=1e-4)
