@@ -7,7 +7,6 @@ Several solvers can be compared by one walk: what each found, judged alike, and 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from contextlib import suppress
 from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING
 
@@ -124,8 +123,13 @@ def checked_start(problem: WalkProblem, start: Array | Gait | None) -> Array:
     if not np.all(np.isfinite(x)):
         at = problem.layout.names[int(np.argmin(np.isfinite(x)))]
         raise InputError(f"the first guess has no finite value for {at}; give {x.size}")
-    with suppress(EvaluationError):  # a solver says where there is no walk
+    try:
+        problem.whole(x)
         problem.check_own(x)
+    except UnreachableError:
+        first_guess(problem)  # says what is held out of reach, if that is why
+    except EvaluationError:
+        pass  # a solver says where there is no walk
     return x
 
 

@@ -33,6 +33,7 @@ from gaitopt.gait.parameters import (
     TRUNK_PITCH,
     GeometricParameter,
     Layout,
+    set_geometry,
 )
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step_model import after_each
@@ -55,6 +56,7 @@ _CLEAR_OF_GAP = 0.014  # m of the thirteen-link biped: so far off the lateral co
 _EXTRA_LIFT = 0.02  # m above the clearance profile, likewise
 _FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a heel may never rise
 _LANDING_ANGLE = 0.15  # rad, where the foot lands on its heel
+_NEAR, _PLAIN = 1e-4, 1000.0  # m, rad: how exactly it is told what can be held; parts of one
 _HAIR = 1e-12  # between bounds that are equal: least squares wants room
 _BESIDE = 0.4  # of the pelvis' distance from the stance foot at rest, as the other foot leaves
 _WIDER = 1.2  # steps of a transition than of a walk: it begins to fall sideways, or ceases to
@@ -70,8 +72,29 @@ def first_guess(problem: WalkProblem) -> Array:
         UnreachableError: the step is too long for the legs.
         InputError: a constraint or a cost of one's own has no finite value there.
     """
+    try:
+        parts, _ = _guessed_steps(problem)
+    except UnreachableError as error:
+        raise UnreachableError(_held_told(problem, str(error))) from None
+    whole = problem.layout
+    x = with_peak(problem, whole.pack(parts) if isinstance(whole, StepsLayout) else parts[0])
+    problem.check_own(x)
+    return x
+
+
+def _guessed_steps(
+    problem: WalkProblem, **changes: dict[str, float | bool]
+) -> tuple[list[Array], list[Array]]:
+    """Return the parameters (p,) of every step, and the geometric quantities (10,) of each.
+
+    Args:
+        changes: of the table of these, by name.
+    """
     layouts = [model.layout for model in problem.models]
-    geometries = [_geometry(problem, step) for step in range(len(layouts))]
+    geometries = [
+        _geometry(problem, step, set_geometry(layout.geometry, changes))
+        for step, layout in enumerate(layouts)
+    ]
     starts = [_start(problem, geometry) for geometry in geometries]
     guessed = _guessed_closing if problem.schedule.closing else _guessed_step
     parts = [
@@ -80,10 +103,45 @@ def first_guess(problem: WalkProblem) -> Array:
             layouts, starts, geometries, after_each(starts), strict=True
         )
     ]
-    whole = problem.layout
-    x = with_peak(problem, whole.pack(parts) if isinstance(whole, StepsLayout) else parts[0])
-    problem.check_own(x)
-    return x
+    return parts, geometries
+
+
+def _held_told(problem: WalkProblem, told: str) -> str:
+    """Return why the legs cannot reach, and up to where what is held may be, if that is why."""
+    table = problem.models[0].layout.geometry
+    held = [(row, one) for row, one in enumerate(table[:STEP_LENGTH]) if not one.free]
+    for row, one in held:
+        try:
+            own = _guessed_steps(problem, **{one.name: {"free": True, "value": 0.0}})[1][0][row]
+        except UnreachableError:
+            continue
+        inside, outside = float(own), one.value
+        while abs(outside - inside) > _NEAR:
+            between = 0.5 * (inside + outside)
+            if _can_be_held(problem, one.name, between):
+                inside = between
+            else:
+                outside = between
+        end, towards = ("most", np.floor) if one.value > inside else ("least", np.ceil)
+        plain = float(towards(inside * _PLAIN) / _PLAIN)
+        inside = plain if _can_be_held(problem, one.name, plain) else inside
+        return (
+            f"{one.name} is held at {one.value:g} {one.unit}, out of reach of the legs: "
+            f"{told.partition(';')[0]}; hold it at {inside:g} {one.unit} at {end}, better near "
+            f"{own:.3g}, or let it be free"
+        )
+    if not held:
+        return told
+    names = ", ".join(one.name for _, one in held)
+    return f"{told.partition(';')[0]}; held are {names}: let them be free, or shorten the step"
+
+
+def _can_be_held(problem: WalkProblem, name: str, value: float) -> bool:
+    try:
+        _guessed_steps(problem, **{name: {"value": value}})
+    except UnreachableError:
+        return False
+    return True
 
 
 @dataclass(frozen=True)
@@ -335,18 +393,25 @@ def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
     return noisy
 
 
-def _geometry(problem: WalkProblem, number: int) -> Array:
-    """Geometric quantities of the guess at the start of a step: fixed ones keep their value."""
-    robot, task, layout = problem.robot, problem.task, problem.models[number].layout
+def _geometry(
+    problem: WalkProblem, number: int, table: tuple[GeometricParameter, ...] | None = None
+) -> Array:
+    """Geometric quantities of the guess at the start of a step: fixed ones keep their value.
+
+    Args:
+        table: of the quantities, by default that of the step.
+    """
+    robot, task = problem.robot, problem.task
+    table = problem.models[number].layout.geometry if table is None else table
     legs, ground = robot.legs, task.ground
-    guess = layout.fixed_values.copy()
+    guess = np.array([quantity.value for quantity in table])
     step = guess[STEP_LENGTH]
     narrowest = robot.sole.width + task.margins.lateral_gap
     clear = narrowest + _CLEAR_OF_GAP * robot.scales.length
     spacing = legs.side * max(abs(legs.stance_width), clear)
     aside = (2 * number - 1) * task.lateral_speed * task.duration  # half of what a step widens
     spacing += (aside + legs.side * abs(aside)) if task.steps > 1 else 0.0
-    spacing = _given(layout.geometry[FOOT_SPACING], spacing)
+    spacing = _given(table[FOOT_SPACING], spacing)
     share = 0.0 if task.double_support is None else task.double_support / task.duration
     if (1.0 + share) * abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
@@ -381,9 +446,10 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
         TRUNK_PITCH: _TRUNK_PITCH + ground.incline,
         FOOT_SPACING: spacing,
     }
-    for row in layout.free:
-        guess[row] = _given(layout.geometry[row], values.get(row, guess[row]))
-    return _lowered(problem, number, guess)
+    for row, quantity in enumerate(table):
+        if quantity.free:
+            guess[row] = _given(quantity, values.get(row, guess[row]))
+    return _lowered(problem, table, guess)
 
 
 def _given(quantity: GeometricParameter, value: float) -> float:
@@ -396,13 +462,13 @@ def _given(quantity: GeometricParameter, value: float) -> float:
     return float(np.clip(quantity.value or value, quantity.lower, quantity.upper))
 
 
-def _lowered(problem: WalkProblem, number: int, geometry: Array) -> Array:
+def _lowered(problem: WalkProblem, table: tuple[GeometricParameter, ...], geometry: Array) -> Array:
     """Return geometric quantities (10,) with the pelvis, while it is free, in reach of the legs.
 
     Raises:
         UnreachableError: the feet are too far apart for any height.
     """
-    quantity = problem.models[number].layout.geometry[PELVIS_HEIGHT]
+    quantity = table[PELVIS_HEIGHT]
     legs, longest = problem.robot.legs, _LONGEST * problem.robot.legs.reach
     pelvis, sole = (
         place(chain, geometry)[0]
@@ -413,13 +479,9 @@ def _lowered(problem: WalkProblem, number: int, geometry: Array) -> Array:
         return geometry
     away = np.linalg.norm(vectors[:, :2], axis=1)
     if away.max() >= longest:
-        table = problem.models[number].layout.geometry
-        held = [q.name for q in table[PELVIS_LATERAL : STEP_LENGTH + 1] if not q.free and q.value]
         raise UnreachableError(
             f"a foot is {fixed(away.max(), 3)} m aside of its hip, where the legs reach "
-            f"{longest:.3f} m; "
-            + (f"hold {', '.join(held)} nearer to 0, or free it" if held else "")
-            + ("" if held else "give a smaller lateral_gap, a lower speed or a shorter step")
+            f"{longest:.3f} m; give a smaller lateral_gap, a lower speed or a shorter step"
         )
     lower = (vectors[:, 2] - np.sqrt(longest**2 - away**2)).max()
     geometry[PELVIS_HEIGHT] = np.clip(

@@ -1,8 +1,11 @@
+import re
+
 import numpy as np
 import pytest
 from motions import kinematics
 from reference_cases import biped
 
+from gaitopt.design.design import checked_start
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -102,9 +105,55 @@ def test_the_pelvis_is_midway_and_low_enough_where_the_spacing_is_fixed(spacing,
         assert step.geometry[GEOMETRY_NAMES.index("foot_spacing")] == value
 
 
+HELD = [
+    ("pelvis_height", 1.2, {}), ("pelvis_height", -1.0, {}), ("pelvis_height", 1e18, {}),
+    ("pelvis_height", 1.2, {"heel_strike": 0.2}), ("pelvis_height", 0.9, {"boundary": "lifted"}),
+    ("pelvis_height", 0.8, {"turn_rate": 0.3}), ("pelvis_forward", 2.0, {}),
+    ("pelvis_lateral", -1.0, {}), ("foot_spacing", 2.0, {}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value", "more"), HELD)
+def test_up_to_where_a_quantity_can_be_held_is_told(robot, name, value, more):
+    """It said to lower the pelvis, which was held."""
+
+    def guess(value):
+        table = set_geometry(GEOMETRY, {name: {"free": False, "value": value}})
+        return guess_for(robot, geometry=table, **more)
+
+    with pytest.raises(UnreachableError, match=rf"^{name} is held at .* out of reach") as caught:
+        guess(value)
+    told = str(caught.value)
+    assert "lower the pelvis" not in told
+    found = re.search(r"hold it at (\S+) m at (most|least), better near (\S+), or let", told)
+    end, own = float(found[1]), float(found[3])
+    assert found[2] == ("most" if value > own else "least")
+    for sound in (end, own):
+        guess(sound)
+    with pytest.raises(UnreachableError):
+        guess(end + 0.002 * np.sign(value - own))
+
+
+def test_what_is_held_together_out_of_reach_is_named(robot):
+    held = {
+        "pelvis_height": {"free": False, "value": 1.2},
+        "foot_spacing": {"free": False, "value": 2},
+    }
+    with pytest.raises(UnreachableError, match="; held are pelvis_height, foot_spacing: let them"):
+        guess_for(robot, geometry=set_geometry(GEOMETRY, held))
+
+
+def test_a_walk_to_begin_with_whose_pelvis_is_then_held_too_high_is_told(robot):
+    _, x = guess_for(robot)
+    table = set_geometry(GEOMETRY, {"pelvis_height": {"free": False, "value": 1.2}})
+    problem = WalkProblem(robot, preset_task(geometry=table))
+    with pytest.raises(UnreachableError, match=r"hold it at 0\.\d+ m at most"):
+        checked_start(problem, np.delete(x, problem.layout.shape.start))
+
+
 def test_feet_held_where_no_leg_reaches_are_told(robot):
     table = set_geometry(GEOMETRY, {"foot_spacing": {"free": False, "value": 1.3}})
-    with pytest.raises(UnreachableError, match=r"aside of its hip, .*; hold foot_spacing nearer"):
+    with pytest.raises(UnreachableError, match=r"aside of its hip, .*; hold it at 1.213 m at"):
         guess_for(robot, geometry=table)
     with pytest.raises(UnreachableError, match=r"give a smaller lateral_gap"):
         guess_for(robot, lateral_gap=1.3)
