@@ -9,15 +9,15 @@ from pathlib import Path
 from pybind11.setup_helpers import ParallelCompile, Pybind11Extension
 from setuptools import setup
 
-MECHANICS = Path("gaitopt/mechanics")
+PACKAGE = Path("gaitopt")
 ParallelCompile(default=0).install()  # by all cores
 
 setup(
     ext_modules=[
         Pybind11Extension(
             "gaitopt.mechanics.kernels",
-            sorted(map(str, MECHANICS.glob("*.cpp"))),
-            depends=sorted(map(str, MECHANICS.glob("*.hpp"))),
+            sorted(map(str, PACKAGE.glob("*/*.cpp"))),
+            depends=sorted(map(str, PACKAGE.glob("*/*.hpp"))),
             cxx_std=17,
             # no product is fused with a sum, so that all processors give the same numbers
             extra_compile_args=["-O3", "-fno-math-errno", "-ffp-contract=off", "-Wno-psabi"],

@@ -29,6 +29,11 @@ class QuantityFunction(ABC):
         """The entries that its rows are, unchanged; None where they are something else."""
         return None
 
+    @property
+    def as_matrix(self) -> Array | None:
+        """The constant matrix by which it multiplies, (r, e) or (K, r, e); None: it is no such."""
+        return None
+
     @abstractmethod
     def value(self, quantity: Array) -> Array:
         """Return the rows (K, r) of quantities (K, e)."""
@@ -81,6 +86,10 @@ class Linear(QuantityFunction):
                 "np.ones((1, 12)) for the sum of 12"
             )
         object.__setattr__(self, "matrix", matrix)
+
+    @property
+    def as_matrix(self) -> Array:
+        return self.matrix
 
     def value(self, quantity: Array) -> Array:
         check_width(self.matrix.shape[-1], quantity, "a Linear has a matrix of {} columns")
@@ -168,6 +177,10 @@ class Entries(QuantityFunction):
     def as_they_are(self) -> slice | None:
         return self.chosen if self.plain else None
 
+    @property
+    def as_matrix(self) -> Array:
+        return np.asarray(np.eye(self.count)[self.chosen] * np.reshape(self.factor, (-1, 1)))
+
     def value(self, quantity: Array) -> Array:
         check_width(self.count, quantity, "Entries of {}")
         chosen = quantity[:, self.chosen]
@@ -175,7 +188,7 @@ class Entries(QuantityFunction):
 
     def jacobian(self, quantity: Array) -> Array:
         del quantity
-        return np.asarray(np.eye(self.count)[self.chosen] * np.reshape(self.factor, (-1, 1)))
+        return self.as_matrix
 
     def chained(self, quantity: Array, jacobian: Array) -> Array:
         del quantity
@@ -209,6 +222,17 @@ class ByStep(QuantityFunction):
     def as_they_are(self) -> slice | None:
         first = self.functions[0].as_they_are
         return first if all(one.as_they_are == first for one in self.functions) else None
+
+    @property
+    def as_matrix(self) -> Array | None:
+        found = [one.as_matrix for one in self.functions]
+        counts = np.diff([0, *self.ends])
+        each = [
+            np.broadcast_to(one, (count, *one.shape[-2:]))
+            for one, count in zip(found, counts, strict=True)
+            if one is not None
+        ]
+        return np.concatenate(each) if len(each) == len(found) else None
 
     def value(self, quantity: Array) -> Array:
         return np.concatenate([f.value(q) for f, q in self._parts(quantity)])

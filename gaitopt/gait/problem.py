@@ -49,7 +49,7 @@ from gaitopt.gait.stride import (
 )
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
-from gaitopt.gait.walk_point import Jacobians, RowSlopes, WalkPoint
+from gaitopt.gait.walk_point import Jacobians, LinearRows, RowSlopes, WalkPoint
 from gaitopt.model.robot import Robot
 from gaitopt.model.scales import Scales
 from gaitopt.nlp import NLP, Array, Point, ProgressCallback, Rows, Values, Variables
@@ -335,7 +335,9 @@ class WalkProblem(NLP):
         for one, weight in self._cost_gradient(found).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         gradient.setflags(write=False)
-        slopes = RowSlopes(self.blocks, self._edges, self._per_units, step.values, jacobians)
+        slopes = RowSlopes(
+            self.blocks, self._edges, self._linear(step, jacobians), step.values, jacobians
+        )
         # who asked for all rows at the last point asks for them at this one, too; and derivatives
         # of functions of one's own need not be finite where what these read is
         own = self.task.extensions or self.task.terrain is not None
@@ -350,11 +352,21 @@ class WalkProblem(NLP):
             self._last_gradient = found, self.cost.gradient(found.whole)
         return self._last_gradient[1]
 
+    def _linear(self, step: Period, jacobians: Jacobians | None = None) -> LinearRows:
+        """Return what makes linear rows, or their derivatives, made once."""
+        derivatives = jacobians is not None
+        if derivatives not in self._linear_rows:
+            made = LinearRows(self.blocks, self._edges, step.values, jacobians)
+            self._linear_rows[derivatives] = made
+        return self._linear_rows[derivatives]
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what a copy has: it prepares its linear rows anew."""
+        return {name: one for name, one in vars(self).items() if name != "_linear_rows"}
+
     @cached_property
-    def _per_units(self) -> list[Array]:
-        """One over the scales of each block's rows, for their derivatives in x, (r, P) each."""
-        size = self.layout.size
-        return [np.repeat(1.0 / block.scale, size).reshape(-1, size) for block in self.blocks]
+    def _linear_rows(self) -> dict[bool, LinearRows]:
+        return {}
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""
@@ -547,8 +559,13 @@ class WalkProblem(NLP):
                 )
 
     def _row_values(self, step: Period) -> Array:
-        values = (b.function.value(b.take(step.values)).ravel() for b in self.blocks)
-        return np.asarray(np.concatenate(list(values)) / self._row_scales)
+        found, linear = np.empty(self._row_scales.size), self._linear(step)
+        linear.write(step.values, found)
+        for number in linear.others:
+            block, rows = self.blocks[number], self._slices[number]
+            values = block.function.value(block.take(step.values))
+            np.divide(values.ravel(), self._row_scales[rows], out=found[rows])
+        return found
 
 
 _AWAY = 1e-3  # of a walk whose cost is checked from the first guess, over the scales

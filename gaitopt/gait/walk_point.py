@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.dataclass import dataclass
+from gaitopt.gait import quantities
 from gaitopt.gait.quantities import Quantity
+from gaitopt.mechanics import compiled
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.nlp import Array, Indices, Point, Values
 
@@ -190,6 +192,76 @@ class Jacobians(dict[Quantity, Array]):
 _LARGE = 50_000  # numbers: to scale fewer takes less time than to ask one part more for its rows
 
 
+class LinearRows:
+    """Rows that are a constant matrix times quantities, of all constraints that have such.
+
+    Where kernels are built (`compiled`) they are made at once; else there are none of them.
+
+    Attributes:
+        kept: numbers of the constraints whose rows are not made, but kept as quantities.
+        others: of those whose rows are made one constraint after the other.
+    """
+
+    def __init__(
+        self,
+        blocks: Sequence[ConstraintBlock],
+        edges: Indices,
+        values: Mapping[Quantity, Array],
+        jacobians: Jacobians | None = None,
+    ) -> None:
+        """Prepare what does not depend on x.
+
+        Args:
+            blocks, edges, values: as of `RowSlopes`.
+            jacobians: likewise, if derivatives are to be made, and not the rows themselves.
+        """
+        self.kept, self.others = list[int](), list[int]()
+        sources: dict[Quantity, int] = {}
+        linear = compiled.linear_rows() if compiled.in_use() else None
+        for number, (block, first) in enumerate(zip(blocks, edges.tolist(), strict=False)):
+            if jacobians is not None and _kept(block, values, jacobians):
+                self.kept.append(number)
+                continue
+            product = jacobians is not None and not jacobians.products.keys().isdisjoint(
+                block.reads
+            )
+            matrix = None if linear is None or product else block.function.as_matrix
+            widths = [values[one].shape[1] for one in block.reads]
+            if linear is None or matrix is None or not _fits(matrix, block, sum(widths)):
+                self.others.append(number)
+                continue
+            read = [sources.setdefault(one, len(sources)) for one in block.reads]
+            entries = np.concatenate([np.arange(width) for width in widths])
+            by_scale = matrix / block.scale[:, None]
+            linear.add(first, np.repeat(read, widths), entries, block.instants, by_scale)
+        self._made, self._reads = linear, tuple(sources)
+
+    def write(self, quantities: Mapping[Quantity, Array], found: Array, first: int = 0) -> None:
+        """Write them, over their scales, into a table of rows.
+
+        Args:
+            quantities: shape (K, entries) each, or their derivatives, (K, entries, P) each.
+            found: shape (m,), or (m, P).
+            first: number of its first row.
+        """
+        if self._made is not None:
+            self._made.of([quantities[one] for one in self._reads], found, first)
+
+
+def _kept(block: ConstraintBlock, values: Mapping[Quantity, Array], jacobians: Jacobians) -> bool:
+    """Return whether rows are kept as they are: of gaps, or too many to be scaled one by one."""
+    product = block.reads[0] in jacobians.products
+    if not product and block.size * jacobians[quantities.TRAVEL].shape[-1] <= _LARGE:
+        return False
+    return block.whole(values)
+
+
+def _fits(matrix: Array, block: ConstraintBlock, width: int) -> bool:
+    """Return whether a matrix has the shape that a constraint's rows ask for."""
+    shape = len(block.labels), width
+    return matrix.shape in (shape, (len(block.instants), *shape))
+
+
 class RowSlopes:
     """The Jacobian of a walk's rows, shape (m, P), formed as far as it is asked for.
 
@@ -200,7 +272,7 @@ class RowSlopes:
         self,
         blocks: Sequence[ConstraintBlock],
         edges: Indices,
-        per_units: Sequence[Array],
+        linear: LinearRows,
         values: Mapping[Quantity, Array],
         jacobians: Jacobians,
     ) -> None:
@@ -209,19 +281,23 @@ class RowSlopes:
         Args:
             blocks: the rows of each constraint.
             edges: number of the first row of each, and of all, shape (blocks + 1,).
-            per_units: one over the scales of their rows, for each derivative, shape (r, P) each.
+            linear: what makes many of them at once.
             values, jacobians: of the quantities, shape (K, entries) and (K, entries, P) each.
         """
         self._of: (
-            tuple[Sequence[ConstraintBlock], Sequence[Array], Mapping[Quantity, Array], Jacobians]
-            | None
-        ) = blocks, per_units, values, jacobians
-        self._edges, self._width = edges, per_units[0].shape[1]
+            tuple[Sequence[ConstraintBlock], LinearRows, Mapping[Quantity, Array], Jacobians] | None
+        ) = blocks, linear, values, jacobians
+        self._edges, self._width = edges, jacobians[quantities.TRAVEL].shape[-1]
         self._found: dict[int, Table | Product | Stacked] = {}
         self._parts: list[Table | Product] = []
         self._last: tuple[Indices, Array] | None = None
         self._most: tuple[Array, Array, dict[int, Array]] | None = None  # by scale
         self.asked = False  # whether someone asked for all rows
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what a copy has, all rows formed: what forms them cannot be copied."""
+        self.form()
+        return vars(self)
 
     def form(self) -> None:
         """Form all rows at once, which is cheaper than some first."""
@@ -254,8 +330,13 @@ class RowSlopes:
 
     def _part(self, number: int) -> Table | Product | Stacked:
         if self._of is not None and number not in self._found:
-            blocks, _, values, jacobians = self._of
-            self._found[number] = _rows_of(blocks[number], values, jacobians)
+            blocks, linear, values, jacobians = self._of
+            if number in linear.kept or number in linear.others:
+                self._found[number] = _rows_of(blocks[number], values, jacobians)
+            else:
+                start, end = self._edges[number : number + 2].tolist()
+                self._found[number] = Table(rows := np.empty((end - start, self._width)))
+                linear.write(jacobians, rows, start)
         return self._found[number]
 
     def __matmul__(self, step: Array) -> Array:
@@ -326,25 +407,26 @@ class RowSlopes:
 def _all_rows(
     edges: Indices,
     blocks: Sequence[ConstraintBlock],
-    per_units: Sequence[Array],
+    linear: LinearRows,
     values: Mapping[Quantity, Array],
     jacobians: Jacobians,
 ) -> list[Table | Product]:
     """Return all rows; arguments as of `RowSlopes`."""
     found: list[Table | Product] = []
-    table, first = np.empty((edges[-1], per_units[0].shape[1])), 0
-    cuts = pairwise(edges.tolist())
-    for block, per_unit, (start, end) in zip(blocks, per_units, cuts, strict=True):
-        product = jacobians.products.get(block.reads[0])
-        kept = product is not None or (end - start) * table.shape[1] > _LARGE
-        if not (kept and block.whole(values)):
-            slopes = block.function.chained(block.take(values), block.take(jacobians))
-            np.multiply(slopes, per_unit, out=table[start:end].reshape(slopes.shape))
-            continue
+    cuts, width = list(pairwise(edges.tolist())), jacobians[quantities.TRAVEL].shape[-1]
+    table, first = np.empty((cuts[-1][1], width)), 0
+    linear.write(jacobians, table)
+    for number in linear.others:
+        block, (start, end) = blocks[number], cuts[number]
+        slopes = block.function.chained(block.take(values), block.take(jacobians))
+        per_unit = np.repeat(1.0 / block.scale, width).reshape(-1, width)
+        np.multiply(slopes, per_unit, out=table[start:end].reshape(slopes.shape))
+    for number in linear.kept:
+        start, end = cuts[number]
         if first < start:
             found.append(Table(table[first:start]))
         first = end
-        rows = _rows_of(block, values, jacobians)
+        rows = _rows_of(blocks[number], values, jacobians)
         found += rows.each if isinstance(rows, Stacked) else (rows,)
     return [*found, Table(table[first:])] if first < len(table) else found
 

@@ -75,3 +75,8 @@ def landing_of(robot: Robot, line: Array | None) -> kernels.Landing:
         slopes=ties.coefficients[:, 1],
         line=line,
     )
+
+
+def linear_rows() -> kernels.LinearRows:
+    """Return rows of constant matrices and quantities, as yet without any."""
+    return kernels.LinearRows()

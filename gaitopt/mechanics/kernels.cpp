@@ -281,6 +281,73 @@ Table landed_hessian(const Landing &at, const Table &velocity, const Table &impu
   return hessian;
 }
 
+// Rows with what they ask of the quantities.
+struct AskedRows {
+  LinearRows rows;
+  std::vector<std::array<py::ssize_t, 2>> least;  // instants and entries of each quantity
+
+  void add(py::ssize_t number, const Numbers &sources, const Numbers &entries,
+           const Numbers &instants, const Table &matrix) {
+    const bool each = matrix.ndim() == 3;
+    const py::ssize_t size = sources.size(), count = instants.size();
+    const py::ssize_t height = matrix.ndim() < 2 ? 0 : matrix.shape(each ? 1 : 0);
+    expect(sources, "sources", {size});
+    expect(entries, "entries", {size});
+    expect(instants, "instants", {count});
+    if (each)
+      expect(matrix, "matrix", {count, height, size});
+    else
+      expect(matrix, "matrix", {height, size});
+    expect_below(sources, "sources", MOST);
+    expect_below(entries, "entries", MOST);
+    expect_below(instants, "instants", MOST);
+    if (number < (rows.numbers.empty() ? 0 : rows.numbers.back() + 1))
+      throw std::invalid_argument("rows are added in the order of their numbers, from 0");
+    const py::ssize_t upto =
+        count == 0 ? 0 : 1 + *std::max_element(instants.data(), instants.data() + count);
+    for (py::ssize_t i = 0; i < size; ++i) {
+      const auto source = static_cast<std::size_t>(sources.data()[i]);
+      if (source >= least.size()) least.resize(source + 1, {0, 0});
+      least[source][0] = std::max(least[source][0], upto);
+      least[source][1] = std::max<py::ssize_t>(least[source][1], entries.data()[i] + 1);
+    }
+    rows.add(number, sources.data(), entries.data(), size, instants.data(), count, matrix.data(),
+             height, each ? height * size : 0);
+  }
+
+  // Write those of them that a table is for, from a number on: of quantities (K, e) into rows (m,),
+  // or of derivatives (K, e, P) into (m, P).
+  void of(const std::vector<py::array_t<double>> &quantities, py::array_t<double> found,
+          py::ssize_t number) const {
+    const auto step = static_cast<py::ssize_t>(sizeof(double));
+    const bool derivatives = found.ndim() == 2;
+    const py::ssize_t width = derivatives ? found.shape(1) : 1;
+    if (found.ndim() < 1 || found.ndim() > 2 || !(found.flags() & py::array::c_style))
+      throw std::invalid_argument("found must be rows one by one");
+    if (quantities.size() < least.size())
+      throw std::invalid_argument("give " + std::to_string(least.size()) + " quantities");
+    std::vector<Quantities> from;
+    for (std::size_t k = 0; k < least.size(); ++k) {
+      const py::array_t<double> &one = quantities[k];
+      const bool fits = one.ndim() == (derivatives ? 3 : 2) && one.shape(0) >= least[k][0] &&
+                        one.shape(1) >= least[k][1];
+      const bool follow = !derivatives || (one.ndim() == 3 && one.shape(2) == width &&
+                                           (width < 2 || one.strides(2) == step));
+      const bool whole = fits && one.strides(0) % step == 0 && one.strides(1) % step == 0;
+      if (!(whole && follow))
+        throw std::invalid_argument("quantity " + std::to_string(k) + " has another shape");
+      from.push_back({one.data(), one.strides(0) / step, one.strides(1) / step});
+    }
+    const RowTable to = {number, found.shape(0), width, found.mutable_data()};
+    {
+      py::gil_scoped_release others;
+      linear_rows(rows, from.data(), to);
+    }
+  }
+
+  static constexpr py::ssize_t MOST = py::ssize_t{1} << 40;
+};
+
 }  // namespace
 }  // namespace gaitopt
 
@@ -314,4 +381,10 @@ PYBIND11_MODULE(kernels, module) {
       .def("hessian", &landed_hessian, py::arg("velocity"), py::arg("impulse"), py::arg("inputs"),
            py::arg("axes"), py::arg("frame"), py::arg("adjoint"), py::arg("qq"), py::arg("qa"),
            py::arg("base"));
+  py::class_<AskedRows>(module, "LinearRows")
+      .def(py::init<>())
+      .def("add", &AskedRows::add, py::arg("number"), py::arg("sources"), py::arg("entries"),
+           py::arg("instants"), py::arg("matrix"))
+      .def("of", &AskedRows::of, py::arg("quantities"), py::arg("found").noconvert(),
+           py::arg("number") = 0);
 }

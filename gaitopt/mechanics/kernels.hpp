@@ -124,4 +124,35 @@ struct WeightedImpact {
 // Hessian in posture, rates and twist (inputs, inputs).
 void impact_hessian(const Landing &at, const WeightedImpact &given, double *hessian);
 
+// A quantity or its derivatives: numbers of each entry at each instant, P that follow each other.
+struct Quantities {
+  const double *data;
+  std::ptrdiff_t by_instant, by_entry;  // how far apart those are
+};
+
+// Rows that are sums of entries times constant factors.
+struct LinearRows {
+  struct Term {
+    long source, instant, entry;
+    double factor;
+  };
+  std::vector<std::ptrdiff_t> numbers;      // of each row, ascending
+  std::vector<std::ptrdiff_t> first = {0};  // term of each row, and the end
+  std::vector<Term> terms;
+
+  // Add rows from a number on: of K instants, each with a matrix (r, e) of the entries, or all with
+  // the same (apart = 0).
+  void add(std::ptrdiff_t number, const long *sources, const long *entries, std::ptrdiff_t size,
+           const long *instants, std::ptrdiff_t count, const double *matrix, std::ptrdiff_t height,
+           std::ptrdiff_t apart);
+};
+
+// Rows that follow each other, of quantities (P = 1) or of their derivatives.
+struct RowTable {
+  std::ptrdiff_t number, count, width;  // of the first, m, P
+  double *rows;                         // (m, P)
+};
+
+void linear_rows(const LinearRows &rows, const Quantities *from, const RowTable &found);
+
 }  // namespace gaitopt

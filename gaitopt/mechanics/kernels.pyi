@@ -71,3 +71,9 @@ class Landing:
         qa: Array,
         base: Array,
     ) -> Array: ...
+
+class LinearRows:
+    def add(
+        self, number: int, sources: Indices, entries: Indices, instants: Indices, matrix: Array
+    ) -> None: ...
+    def of(self, quantities: Sequence[Array], found: Array, number: int = 0) -> None: ...

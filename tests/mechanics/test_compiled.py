@@ -16,6 +16,9 @@ from tied_bipeds import TIED, tied
 from gaitopt.contact import Hinge, ToeLine
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.double_support import InverseKinematicsSupport, JointAngleSupport
+from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics import compiled
 from gaitopt.mechanics.capsule_distance import nearest
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
@@ -85,6 +88,71 @@ def test_tables_of_other_shapes_are_refused(robot):
     motion = random_motion(robot, 3)
     with pytest.raises(ValueError, match=r"dq must have shape \(3, 12, \)"):
         compiled.bodies_of(robot).inverse_dynamics(motion[0], motion[1, :2], motion[2], True)
+
+
+WALKS = {
+    "standard": {},
+    "a stride": {"lateral_speed": 0.1},
+    "heel to toe": {"heel_strike": 0.15, "toe_off": 0.2},
+    "with a double support": {"double_support": 0.2},
+}
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_rows_and_their_derivatives(robot, monkeypatch, name):
+    task = preset_task("standard", speed=0.8, samples=13, **WALKS[name])
+    found = []
+    for wanted in (True, False):
+        monkeypatch.setattr(compiled, "WANTED", wanted)
+        problem = WalkProblem(robot, task)
+        x = first_guess(problem)
+        point = problem.point(x)
+        found.append((point.rows, point.jacobian, point.gradient, problem.values(x + 1e-3).rows))
+    for one, other in zip(*found, strict=True):
+        assert np.abs(one - other).max() <= 1e-12 * np.abs(other).max()
+
+
+def test_linear_rows_are_their_matrix_times_what_they_read():
+    random = np.random.default_rng(0)
+    first, second = random.normal(size=(4, 3, 5)), random.normal(size=(4, 2, 5))
+    both, each = random.normal(size=(2, 5)), random.normal(size=(2, 1, 3))
+    rows = compiled.linear_rows()
+    rows.add(1, [0, 0, 0, 1, 1], [0, 1, 2, 0, 1], [0, 1, 2, 3], both)
+    rows.add(9, [0, 0, 0], [0, 1, 2], [3, 1], each)
+    side_by_side = np.concatenate([first, second], axis=1)
+    expected = np.concatenate([(both @ side_by_side).reshape(8, 5), (each @ first[[3, 1]])[:, 0]])
+    slopes, values = np.full((12, 5), np.nan), np.full(12, np.nan)
+    rows.of([first, second], slopes)
+    rows.of([first[:, :, 0], second[:, :, 0]], values)
+    for begin, end in ((0, 3), (8, 10), (10, 12), (11, 12)):
+        some = np.full((end - begin, 5), np.nan)
+        rows.of([first, second], some, begin)
+        np.testing.assert_array_equal(some, slopes[begin:end])
+    check([slopes[1:11], values[1:11]], [expected, expected[:, 0]])
+    assert np.isnan(slopes[[0, 11]]).all()  # nobody's
+
+
+@pytest.mark.parametrize(
+    ("quantity", "found"),
+    [
+        (np.zeros((3, 3, 5)), np.zeros((12, 5))),  # an instant too few
+        (np.zeros((4, 2, 5)), np.zeros((12, 5))),
+        (np.zeros((4, 3, 4)), np.zeros((12, 5))),
+        (np.zeros((4, 3, 10))[:, :, ::2], np.zeros((12, 5))),
+        (np.zeros((4, 3)), np.zeros((12, 5))),
+        (np.zeros((4, 3, 5)), np.zeros((12, 10))[:, ::2]),
+        (np.zeros((4, 3, 5)), np.zeros((12, 5, 1))),
+    ],
+)
+def test_linear_rows_refuse_what_they_cannot_read(quantity, found):
+    rows = compiled.linear_rows()
+    rows.add(9, [0, 0, 0], [0, 1, 2], [3, 1], np.ones((1, 3)))
+    with pytest.raises(ValueError, match=r"quantity 0 has another shape|found must be rows"):
+        rows.of([quantity], found)
+    with pytest.raises(ValueError, match="give 1 quantities"):
+        rows.of([], np.zeros((12, 5)))
+    with pytest.raises(ValueError, match="in the order of their numbers"):
+        rows.add(10, [0], [0], [0], np.ones((1, 1)))
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
