@@ -87,7 +87,7 @@ def taken_by(path: Path) -> str:
     return "it is a device or a pipe" if exists(path) and not isfile(path) else ""
 
 
-def is_leftover(path: Path) -> bool:
+def is_leftover(path: Path | os.DirEntry[str]) -> bool:
     """Whether a file is what a killed process may leave of its writing, judged by its name."""
     return _LEFTOVER.fullmatch(path.name) is not None
 
@@ -136,7 +136,7 @@ def _sweep(directory: Path) -> None:
         return
     with suppress(OSError):
         for entry in os.scandir(directory):
-            if is_leftover(Path(entry.name)) and entry.is_file(follow_symlinks=False):
+            if is_leftover(entry) and entry.is_file(follow_symlinks=False):
                 with suppress(OSError), open(entry.path, "rb") as stream:
                     fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     os.unlink(entry.path)

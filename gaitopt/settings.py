@@ -435,7 +435,10 @@ def _with_arrays(
     """Return arguments of a dataclass with arrays for numbers and lists of them, where wanted."""
     import numpy
 
-    wanted, names = _array_fields(kind), [one.name for one in fields(kind) if one.init]
+    wanted = _array_fields(kind)
+    if not wanted:
+        return args, values
+    names = [one.name for one in fields(kind) if one.init]
 
     def made(name: str, value: Any) -> Any:
         if name in wanted and isinstance(value, list | tuple | Real):
@@ -568,7 +571,11 @@ _Hint = tuple[Any, tuple[Any, ...]]
 
 
 def _hint(annotation: Any) -> _Hint:
-    return annotation, get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
+    several = get_origin(annotation) in (Union, UnionType)
+    parts = get_args(annotation) if several else (annotation,)
+    kinds = map(_class_of, parts)
+    arrays = (kind for kind in kinds if getattr(kind, "__module__", "") == "numpy")
+    return annotation, (*parts, *arrays)
 
 
 @cache  # there are as many as the program has

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, field, fields, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, is_finite, must_be, shown
@@ -415,25 +415,12 @@ class Task:
     @cached_property
     def schedule(self) -> Schedule:
         """Phases and symmetry of the step."""
-        landing, leaving = self.heel_strike, self.toe_off
+        touch = None
         if self.double_support is not None:
             touch = 1.0 - self.double_support / self.duration
-            gentle = self.touch_down == "gentle"
-            begin = PhaseEnd.TOUCH_DOWN if gentle else PhaseEnd.IMPACT
-            rear = FlatFoot() if leaving is None else ToeLine(self.toe_strip)
-            closing = Phase(rear, touch, begin), Phase(rear, 1.0, PhaseEnd.LIFT_OFF, both=True)
-            if leaving is None:
-                return Schedule(closing)
-            return Schedule((Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH), *closing))
-        phases = [Phase(FlatFoot())]
-        if landing is not None:
-            softly = self.foot_flat == "gentle"
-            ends = PhaseEnd.SMOOTH if softly else PhaseEnd.FOOT_FLAT
-            phases = [Phase(HeelLine(self.heel_strip), landing, ends), *phases]
-        if leaving is not None:
-            flat = Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH)
-            phases = [*phases[:-1], flat, Phase(ToeLine(self.toe_strip))]
-        return Schedule(tuple(phases))
+        strips = self.heel_strip, self.toe_strip
+        ways = self.foot_flat == "gentle", self.touch_down == "gentle"
+        return _schedule(self.heel_strike, self.toe_off, touch, *strips, *ways)
 
     @property
     def grid(self) -> Grid:
@@ -475,6 +462,8 @@ class Task:
             InputError: there is none of that name, or a value is out of range.
         """
         must_be(values, Mapping, "margins", "a table by name, as {'friction': 0.5}")
+        if not values:
+            return self
         for name in values:
             self.margin(name)
         margins, *constraints = (
@@ -491,13 +480,41 @@ class Task:
         names = [entry.name for entry in fields(self)]
         own: dict[str, Any] = {name: value for name, value in changes.items() if name in names}
         margins: dict[str, Any] = {n: value for n, value in changes.items() if n not in names}
-        task = replace(self, **own)
+        task = replace(self, **own) if own else self
         if unknown := set(margins) - set(task.declared):
             raise InputError(
                 f"there is no task field {', '.join(sorted(unknown))}; "
                 f"{there_are((*names, *task.declared), min(unknown))}"
             )
         return task.with_margins(margins)
+
+
+@lru_cache  # tasks that differ in limits or speed have the same
+def _schedule(
+    landing: float | None,
+    leaving: float | None,
+    touch: float | None,
+    heel_strip: float,
+    toe_strip: float,
+    softly: bool,
+    gentle: bool,
+) -> Schedule:
+    """Return the phases of a step by when its foot lands flat, turns about its toe, is relieved."""
+    if touch is not None:
+        begin = PhaseEnd.TOUCH_DOWN if gentle else PhaseEnd.IMPACT
+        rear = FlatFoot() if leaving is None else ToeLine(toe_strip)
+        closing = Phase(rear, touch, begin), Phase(rear, 1.0, PhaseEnd.LIFT_OFF, both=True)
+        if leaving is None:
+            return Schedule(closing)
+        return Schedule((Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH), *closing))
+    phases = [Phase(FlatFoot())]
+    if landing is not None:
+        ends = PhaseEnd.SMOOTH if softly else PhaseEnd.FOOT_FLAT
+        phases = [Phase(HeelLine(heel_strip), landing, ends), *phases]
+    if leaving is not None:
+        flat = Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH)
+        phases = [*phases[:-1], flat, Phase(ToeLine(toe_strip))]
+    return Schedule(tuple(phases))
 
 
 def _replaced(owner: Any, values: Mapping[str, float | bool | None]) -> Any:
