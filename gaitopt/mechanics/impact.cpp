@@ -80,14 +80,14 @@ GAITOPT_INLINE void invert(double *A, int size, int *pivots) {
     double *__restrict own = A + k * size;
     if (pivot != k) std::swap_ranges(own, own + size, A + pivot * size);
     const double scale = 1.0 / own[k];
-    own[k] = 1.0;
     for (int j = 0; j < size; ++j) own[j] *= scale;
+    own[k] = scale;
     for (int i = 0; i < size; ++i) {
       if (i == k) continue;
       double *__restrict other = A + i * size;
       const double along = other[k];
-      other[k] = 0.0;
       for (int j = 0; j < size; ++j) other[j] -= along * own[j];
+      other[k] = -along * scale;  // after the row: a number just written would hold that up
     }
   }
   for (int k = size - 1; k >= 0; --k)
@@ -109,8 +109,8 @@ GAITOPT_INLINE void subtract_product(Block<const double> A, Block<const double> 
   for (int i = 0; i < rows; ++i)
     for (int k = 0; k < inner; ++k) {
       const double factor = A.row(i)[k];
-      const double *right = B.row(k);
-      double *found = from.row(i);
+      const double *__restrict right = B.row(k);
+      double *__restrict found = from.row(i);
       for (int j = 0; j < columns; ++j) found[j] -= factor * right[j];
     }
 }

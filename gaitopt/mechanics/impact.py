@@ -642,6 +642,7 @@ class FlatJump:
         impulse: I, of the ground on the foot, in its sole frame [N·s, N·m·s], shape (6,).
         along: derivatives of (jump, impulse) in (posture, w), shape (n + 6, n + 1).
         inertia: D [kg, kg·m, kg·m²], shape (6 + n, 6 + n).
+        axes: of the joints in the world, shape (n, 6).
     """
 
     posture: Array
@@ -650,6 +651,7 @@ class FlatJump:
     impulse: Array
     along: Array
     inertia: Array
+    axes: Array
 
 
 class _StandingImpact:
@@ -663,11 +665,11 @@ class _StandingImpact:
         self._robot = robot
 
     def _bent(
-        self, at: FlatJump | ClosedJump, axes: Array, base: Array, weights: Array
+        self, at: FlatJump | ClosedJump, base: Array, weights: Array
     ) -> InverseDynamicsHessian:
         """Second derivatives of weights . D [base; jump], base (6,), weights (6 + n,)."""
         still = np.zeros(at.jump.shape)
-        tables = axes, at.posture, still, at.jump, base, weights
+        tables = at.axes, at.posture, still, at.jump, base, weights
         dynamics = cached_workspace(self._robot, DynamicsHessian)  # of the thread that asks
         return dynamics.of(WeightedDynamics(*(table[None] for table in tables)))
 
@@ -710,7 +712,8 @@ class FlatImpact(_StandingImpact):
         own = np.column_stack([self._data.dtau_dq[:, TWIST:], -D[:, :TWIST] @ self._twist])
         of_jump = -solve(D[TWIST:, TWIST:], own[TWIST:])
         of_impulse = own[:TWIST] + D[:TWIST, TWIST:] @ of_jump
-        return FlatJump(posture, rate, jump, impulse, np.vstack([of_jump, of_impulse]), D)
+        along, axes = np.vstack([of_jump, of_impulse]), self._data.J[:, TWIST:].T.copy()
+        return FlatJump(posture, rate, jump, impulse, along, D, axes)
 
     def hessian(self, at: FlatJump, jump: Array, impulse: Array) -> Array:
         """Return the Hessian of jump . (dq+ - dq-) + impulse . I in (posture, w).
@@ -724,10 +727,8 @@ class FlatImpact(_StandingImpact):
         """
         D, n = at.inertia, at.jump.size
         back = solve(D[TWIST:, TWIST:], jump + D[TWIST:, :TWIST] @ impulse)
-        self._q[TWIST + 1 :] = at.posture
-        J = pin.computeJointJacobians(self._model, self._data, self._q)
         weights = np.concatenate([impulse, -back])
-        bent = self._bent(at, J[:, TWIST:].T.copy(), -at.rate * self._twist, weights)
+        bent = self._bent(at, -at.rate * self._twist, weights)
         mixed = bent.qa[0] @ at.along[:n]
         mixed[:, n] -= bent.base[0] @ self._twist
         H = np.zeros((n + 1, n + 1))
@@ -808,4 +809,4 @@ class ClosedImpact(_StandingImpact):
 
     def hessian(self, at: ClosedJump, weights: Array) -> InverseDynamicsHessian:
         """Return the second derivatives of weights . D jump, weights (6 + n,)."""
-        return self._bent(at, at.axes, np.zeros(TWIST), weights)
+        return self._bent(at, np.zeros(TWIST), weights)
