@@ -266,7 +266,7 @@ def _momentum_balance(
     if step.landed is not None:  # of the sole; from here on of its footprint
         landed = landed @ step.landed.place.rotation.T
     landing = landed @ push[:3]
-    start, after = (momentum(chain, *one)[:3] for one in (begin, following))
+    start, after = momentum(chain, *np.stack([begin, following], axis=1))[:, :3]
     change = landed @ (np.array(symmetry.reflection) * after) - start
     gap = force + landing + pull - change
     size = float(np.linalg.norm(pull))

@@ -161,6 +161,8 @@ def pressing(block: ConstraintBlock, own: ConstraintBlock, y: Array, whole: Step
 def _of_limits(problem: WalkProblem, multipliers: Array) -> Iterator[ShadowPrice]:
     for block in problem.blocks:
         y = multipliers[problem.rows_of(block.name)].reshape(block.lower.shape)
+        if not y.any():
+            continue
         y = np.where(block.lower == block.upper, 0.0, y)  # equalities have no side to give
         for side, limits, pushes in (("upper", block.upper, y), ("lower", block.lower, -y)):
             push = np.maximum(pushes, 0.0)

@@ -147,12 +147,15 @@ class WalkProblem(NLP):
         if like is not None:
             layout, self.variables = like.layout, like.variables
         self.layout: Layout | StepsLayout = layout or walk_layout(robot, task)
-        known = {}
+        known, names = {}, None
         if like is not None:
             known = {b.name: on for b in like.blocks if (on := b.on(self.grid))}
+            names = {b.name for b in like.blocks}
         elif neighbour is not None and self._limits_as(neighbour):
             known = {b.name: b for b in neighbour.blocks if b.name not in _PACED}
-        self.blocks = constraint_blocks(robot, task, self.grid, known=known)
+        self.blocks = constraint_blocks(robot, task, self.grid, names, known)
+        if like is not None and not task.extensions:  # one's own may depend on anything
+            self.cost_scale = like.cost_scale
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self._set_up(task.speed if task.steps == 1 else task.pace, penalty)  # along the path
         if neighbour is not None and self._steps_as(neighbour):
@@ -171,7 +174,8 @@ class WalkProblem(NLP):
         rows, nodes = (self.grid, None) if one else by_step(self.grid, self.edges)
         context = CostContext(robot, rows, way, nodes)
         self.cost = cost_function(cost, context, penalty)
-        self.cost_scale = 1.0 / float(cost.typical(context))
+        if not hasattr(self, "cost_scale"):
+            self.cost_scale = 1.0 / float(cost.typical(context))
         self.has_hessian = True
         self.read = {one for block in self.blocks for one in block.reads} | {*cost.reads}
         grids = (self.grid,) if one else parts(self.grid, self.edges, self.schedule.changes)

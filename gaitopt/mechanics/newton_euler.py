@@ -475,10 +475,9 @@ def momentum(
     base = _six_or_zero("base_velocity", base_velocity)
     _alike(q=q, dq=rate, base_velocity=base)
     A, P = joint_transforms(chain, q)
-    links = []
-    for j, (V, omega) in enumerate(_velocities(chain, A, P, rate, base)):
-        MS, J = chain.links.first_moment[j], chain.links.inertia[j]
-        links.append((chain.links.mass[j] * V + _cross(omega, MS), times(J, omega) + _cross(MS, V)))
+    V, omega = _of_links(_velocities(chain, A, P, rate, base))
+    mass, MS, J = chain.links.mass[:, None], chain.links.first_moment, chain.links.inertia
+    links = _pairs(mass * V + _cross(omega, MS), times(J, omega) + _cross(MS, V))
     # Momenta of the links gather at O_0 as their inertial wrenches do.
     linear, angular = _equilibrium(chain, A, P, links, np.zeros(6))
     return sole_axes(_joined(linear[0], angular[0]))
@@ -544,13 +543,23 @@ def _inertial_wrenches(
     chain: Chain, velocity: list[_Pair], acceleration: list[_Pair]
 ) -> list[_Pair]:
     """(F_j, M_j) of links 0 to n about O_j in their own frames, Eqs. (7) and (8)."""
-    wrenches = []
-    for j, ((_, omega), (dV, domega)) in enumerate(zip(velocity, acceleration, strict=True)):
-        MS, J = chain.links.first_moment[j], chain.links.inertia[j]
-        F = chain.links.mass[j] * dV + times(_field(omega, domega), MS)
-        M = times(J, domega) + _cross(omega, times(J, omega)) + _cross(MS, dV)
-        wrenches.append((F, M))
-    return wrenches
+    (_, omega), (dV, domega) = _of_links(velocity), _of_links(acceleration)
+    mass, MS, J = chain.links.mass[:, None], chain.links.first_moment, chain.links.inertia
+    F = mass * dV + times(_field(omega, domega), MS)
+    M = times(J, domega) + _cross(omega, times(J, omega)) + _cross(MS, dV)
+    return _pairs(F, M)
+
+
+def _of_links(pairs: list[_Pair]) -> _Pair:
+    """Return the linear and the angular vectors of all links, each (..., n + 1, 3)."""
+    together = np.broadcast_arrays(*(one for pair in pairs for one in pair))
+    each = np.stack(together, axis=-2)
+    return each[..., ::2, :], each[..., 1::2, :]
+
+
+def _pairs(linear: Array, angular: Array) -> list[_Pair]:
+    """Return vectors (..., n + 1, 3) link by link."""
+    return [(linear[..., j, :], angular[..., j, :]) for j in range(linear.shape[-2])]
 
 
 def _equilibrium(
