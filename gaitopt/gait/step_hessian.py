@@ -174,7 +174,7 @@ def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]
             H = H + _quadratic(second, left)
             continue
         if len(right) == 1:  # it goes with each row of a, so that these are added first
-            by_b = (left.swapaxes(1, 2) @ second).sum(axis=0) @ right[0]
+            by_b = left.reshape(-1, len(H)).T @ second.reshape(-1, second.shape[2]) @ right[0]
         else:
             by_b = left.reshape(-1, len(H)).T @ (second @ right).reshape(-1, len(H))
         H = H + by_b + by_b.T
@@ -183,6 +183,8 @@ def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]
 
 def _quadratic(second: Array, jacobian: Array) -> Array:
     """Return the sum over rows of J' S J, shape (P, P), of S (K, e, e) and J (K, e, P)."""
+    if len(second) == 1:
+        return np.asarray(jacobian[0].T @ second[0] @ jacobian[0])
     width, own = jacobian.shape[-1], second.diagonal(axis1=1, axis2=2)
     if np.count_nonzero(second) == np.count_nonzero(own) and own.min(initial=0.0) >= 0.0:
         # as of squared torques: a product with its own transpose is half the work

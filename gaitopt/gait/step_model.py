@@ -675,32 +675,45 @@ class StepModel(StepModelBase[Landing]):
         The motion of every joint is the same linear map of its own K spline coefficients. Summed
         over the instants first, the local Hessians become one table of pairs of coefficients and
         pairs of joints: less than half of the time of a Hessian with 21 joints. Only its symmetric
-        part counts.
+        part counts, so that mixed blocks are there once, twice as large.
         """
         if step.hinges:  # the foot's turn has another map
             motion = derivatives.motion
             return np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
-        basis = _last(self.basis.at(step.duration).swapaxes(0, 2)).swapaxes(0, 2)
-        (count, _, width), n = basis.shape, self.layout.joints
-        q, dq, ddq = basis.swapaxes(0, 1)
-        of_pairs = (  # the mixed ones with their transposes
-            (q, q, local.qq), (2.0 * q, dq, local.qv), (dq, dq, local.vv), (2.0 * q, ddq, local.qa)
-        )  # fmt: skip
-        table = np.zeros((width**2, n**2))
-        for left, right, bent in of_pairs:
-            pairs = (left[:, :, None] * right[:, None]).reshape(count, -1)
-            table += pairs.T @ bent.reshape(count, -1)
-        table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
+        basis, pairs = self._pairs(step.duration)
+        width, n = basis.shape[2], self.layout.joints
+        bent = np.concatenate([local.qq, local.qv, local.vv, local.qa]).reshape(len(pairs), -1)
+        table = (pairs.T @ bent).reshape(width, width, n, n)
+        table = table.swapaxes(1, 2).reshape(width * n, width * n)
         coefficients = _last(derivatives.coefficients).reshape(width * n, -1)
         H = self._through(table, coefficients)
         lasts = self.along("duration")
         if lasts is not None:  # the map itself depends on it
-            stretched = (self.basis.at(step.duration, 1) @ step.coefficients).reshape(count, -1, 1)
-            felt = local.whole @ stretched
+            stretched = self.basis.at(step.duration, 1) @ step.coefficients
+            felt = local.along(stretched)
             weights = basis.reshape(-1, width).T @ felt.reshape(-1, n)
             both = np.outer(lasts, weights.ravel() @ coefficients)
             H += both + both.T + float(np.sum(stretched * felt)) * np.outer(lasts, lasts)
         return np.asarray(H)
+
+    def _pairs(self, duration: float) -> tuple[Array, Array]:
+        """Return the map from the coefficients, (N, 3, K), and its products in pairs, (4 N, K K).
+
+        The products are those of the rows that qq, qv, vv and qa belong to, one after the other,
+        the mixed ones twice as large. They are kept for one duration, which most walks share.
+        """
+        if duration not in self._kept_pairs:
+            basis = _last(self.basis.at(duration).swapaxes(0, 2)).swapaxes(0, 2)
+            q, dq, ddq = basis.swapaxes(0, 1)
+            each = (q, q), (2.0 * q, dq), (dq, dq), (2.0 * q, ddq)
+            pairs = np.concatenate([left[:, :, None] * right[:, None] for left, right in each])
+            self._kept_pairs.clear()
+            self._kept_pairs[duration] = basis, pairs.reshape(len(pairs), -1)
+        return self._kept_pairs[duration]
+
+    @cached_property
+    def _kept_pairs(self) -> dict[float, tuple[Array, Array]]:
+        return {}
 
     @cached_property
     def beyond_knots(self) -> slice:

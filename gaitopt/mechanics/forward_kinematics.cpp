@@ -1,4 +1,7 @@
-// Frames of the bodies at all postures, as forward_kinematics.py has them.
+// Frames of the bodies at all postures, and what weighed corners of a sole bend, as
+// forward_kinematics.py has them: turning joint j turns all that joint k >= j moves, so that
+//
+//     sum of f_c . d2 p_c / dq_j dq_k = w_j . sum of (d p_c / dq_k) x f_c
 #include "kernels.hpp"
 
 namespace gaitopt {
@@ -20,7 +23,37 @@ void four_postures(const Bodies &robot, const double *angles, std::ptrdiff_t cou
   }
 }
 
+GAITOPT_ANY_PROCESSOR
+void four_bent(const WeightedCorners &given, std::ptrdiff_t first, double *hessian) {
+  const std::ptrdiff_t n = given.joints;
+  const Instants here(first, given.count);
+  Vector forces[4];
+  for (int c = 0; c < 4; ++c)
+    forces[c] = {here.load(given.weights, 12, 3 * c), here.load(given.weights, 12, 3 * c + 1),
+                 here.load(given.weights, 12, 3 * c + 2)};
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    Vector moment = nothing();
+    for (int c = 0; c < 4; ++c) {
+      const std::ptrdiff_t row = 3 * c * n + k;
+      moment += cross({here.load(given.jacobian, 12 * n, row),
+                       here.load(given.jacobian, 12 * n, row + n),
+                       here.load(given.jacobian, 12 * n, row + 2 * n)},
+                      forces[c]);
+    }
+    for (std::ptrdiff_t j = 0; j <= k; ++j) {
+      const Lane bent = dot(load_pair(here, given.axes, 6 * n, 6 * j).angular, moment);
+      here.store(hessian, n * n, j * n + k, bent);
+      here.store(hessian, n * n, k * n + j, bent);
+    }
+  }
+}
+
 }  // namespace
+
+void corner_hessian(const WeightedCorners &given, double *hessian) {
+  for (std::ptrdiff_t first = 0; first < given.count; first += LANES)
+    four_bent(given, first, hessian);
+}
 
 void place_bodies(const Bodies &robot, const double *angles, std::ptrdiff_t count, double *frames) {
   for (std::ptrdiff_t k = 0; k < count; ++k)  // the stance foot is the world

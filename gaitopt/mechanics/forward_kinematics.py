@@ -189,6 +189,8 @@ def corner_hessian(axes: Array, jacobian: Array, weights: Array) -> Array:
         jacobian: of the corners, shape (N, 4, 3, j); zero for joints that do not move the foot.
         weights: shape (N, 4, 3).
     """
+    if compiled.in_use():
+        return compiled.kernels.corner_hessian(axes, jacobian, weights)
     # sum over corners of weight . (w_j x slope_k) = w_j . (slope_k x weight)
     count, _, _, joints = jacobian.shape
     against = -skew(weights).swapaxes(1, 2).reshape(count, 3, -1)

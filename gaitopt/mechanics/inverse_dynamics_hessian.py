@@ -92,6 +92,15 @@ class InverseDynamicsHessian:
         found[:, q, ddq], found[:, ddq, q] = self.qa, self.qa.swapaxes(1, 2)
         return found
 
+    def along(self, motion: Array) -> Array:
+        """Return `whole` times a change of (q, dq, ddq), shape (N, 3, n) of (N, 3, n)."""
+        q, dq, ddq = motion.swapaxes(0, 1)[..., None]
+        found = np.empty(motion.shape)
+        found[:, 0] = (self.qq @ q + self.qv @ dq + self.qa @ ddq)[:, :, 0]
+        found[:, 1] = (self.vv @ dq + self.qv.swapaxes(1, 2) @ q)[:, :, 0]
+        found[:, 2] = (self.qa.swapaxes(1, 2) @ q)[:, :, 0]
+        return found
+
     def reduced(self, tangent: Tangent) -> InverseDynamicsHessian:
         """Return those in the free joints, as if S were the same in every posture."""
         if tangent.of.none:
@@ -153,16 +162,11 @@ class DynamicsHessian:
 
     def of(self, at: WeightedDynamics) -> InverseDynamicsHessian:
         """Return those of lambda . tau."""
-        if not compiled.in_use():
-            return self.by_numpy(at)
-        return InverseDynamicsHessian(
-            *compiled.bodies_of(self._robot).inverse_dynamics_hessian(
-                at.posture, at.rate, at.acceleration, at.base_acceleration, at.weights
-            )
-        )
-
-    def by_numpy(self, at: WeightedDynamics) -> InverseDynamicsHessian:
-        """Return `of` without kernels."""
+        if compiled.in_use():
+            motion, base = (at.posture, at.rate, at.acceleration), at.base_acceleration
+            kernels = compiled.bodies_of(self._robot)
+            found = kernels.inverse_dynamics_hessian(*motion, base, at.weights)
+            return InverseDynamicsHessian(*found)
         placed = self._bodies.placed(at.posture)
         inertias = world_inertias(self._pseudo, placed.frames[1:])
         return inverse_dynamics_hessian(inertias, at, self._tree)

@@ -115,6 +115,21 @@ py::array_t<double> placed(const Bodies &robot, const Table &q) {
   return frames;
 }
 
+py::array_t<double> bent_corners(const Table &axes, const Table &jacobian, const Table &weights) {
+  const bool stacked = axes.ndim() == 3;
+  const py::ssize_t count = stacked ? axes.shape(0) : 0, n = stacked ? axes.shape(1) : 0;
+  expect(axes, "axes", {count, n, 6});
+  expect(jacobian, "jacobian", {count, 4, 3, n});
+  expect(weights, "weights", {count, 4, 3});
+  py::array_t<double> hessian({count, n, n});
+  double *found = hessian.mutable_data();
+  {
+    py::gil_scoped_release others;
+    corner_hessian({count, n, axes.data(), jacobian.data(), weights.data()}, found);
+  }
+  return hessian;
+}
+
 // Refuse numbers that are none of so many things.
 void expect_below(const Numbers &numbers, const char *name, py::ssize_t count) {
   for (py::ssize_t i = 0; i < numbers.size(); ++i)
@@ -364,6 +379,8 @@ PYBIND11_MODULE(kernels, module) {
       .def("inverse_dynamics_hessian", &bent_support, py::arg("q"), py::arg("dq"), py::arg("ddq"),
            py::arg("base"), py::arg("weights"))
       .def("placed", &placed, py::arg("q"));
+  module.def("corner_hessian", &bent_corners, py::arg("axes"), py::arg("jacobian"),
+             py::arg("weights"));
   module.def("nearest", &nearest_points, py::arg("frames"), py::arg("carriers"),
              py::arg("segments"), py::arg("sides"), py::arg("squares"));
   module.def("support_slopes", &slopes_of, py::arg("pelvis_axes"), py::arg("pelvis_drive"),

@@ -36,6 +36,17 @@ void inverse_dynamics_hessian(const Bodies &robot, const WeightedMotions &given,
 // Frames of the stance foot and the n bodies (n + 1, N, 4, 4), at angles (N, n).
 void place_bodies(const Bodies &robot, const double *angles, std::ptrdiff_t count, double *frames);
 
+// Four corners of a sole, moved by j joints.
+struct WeightedCorners {
+  std::ptrdiff_t count, joints;  // N, j
+  const double *axes;            // (N, j, 6)
+  const double *jacobian;        // (N, 4, 3, j)
+  const double *weights;         // (N, 4, 3)
+};
+
+// What they bend (N, j, j).
+void corner_hessian(const WeightedCorners &given, double *hessian);
+
 // Segments that bodies carry, and pairs of them.
 struct Capsules {
   std::ptrdiff_t count, pairs;

@@ -25,7 +25,7 @@ from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.inverse_dynamics_hessian import DynamicsHessian, WeightedDynamics
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.mechanics.single_support import by_pinocchio
+from gaitopt.mechanics.single_support import SingleSupport, by_pinocchio
 from gaitopt.model.robot import Robot, cached_workspace
 
 ROBOTS = ("biped", "on a slope, with rotors", *SYNTHETIC)
@@ -71,17 +71,6 @@ def test_inverse_dynamics(any_robot, count, derivatives):
     motion = random_motion(any_robot, count)
     found = compiled.bodies_of(any_robot).inverse_dynamics(*motion, derivatives)
     check(found, by_pinocchio(any_robot, motion, derivatives))
-
-
-@pytest.mark.parametrize("count", COUNTS)
-def test_inverse_dynamics_hessian(any_robot, count):
-    motion, random = random_motion(any_robot, count), np.random.default_rng(1)
-    *_, axes = by_pinocchio(any_robot, motion, True)
-    base, weights = (random.normal(size=(count, k)) for k in (6, 6 + any_robot.tree.size))
-    at = WeightedDynamics(axes, *motion, 10.0 * base, weights)
-    dynamics = DynamicsHessian(any_robot)
-    found, expected = dynamics.of(at), dynamics.by_numpy(at)
-    check(*([getattr(one, each.name) for each in fields(one)] for one in (found, expected)))
 
 
 def test_tables_of_other_shapes_are_refused(robot):
@@ -236,6 +225,32 @@ def both_paths(monkeypatch):
         return found
 
     return run
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_inverse_dynamics_hessian(any_robot, both_paths, rng, count):
+    motion = random_motion(any_robot, count)
+    *_, axes = by_pinocchio(any_robot, motion, True)
+    base, weights = (rng.normal(size=(count, k)) for k in (6, 6 + any_robot.tree.size))
+    at = WeightedDynamics(axes, *motion, 10.0 * base, weights)
+    tables = both_paths(lambda: DynamicsHessian(any_robot).of(at))
+    check(*([getattr(one, each.name) for each in fields(one)] for one in tables))
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_corner_hessian(any_robot, both_paths, rng, count):
+    motion = random_motion(any_robot, count)
+    _, derivatives = SingleSupport(any_robot, count).derivatives(*motion)
+    weights = rng.normal(size=(count, 4, 3))
+    check(*([one] for one in both_paths(lambda: derivatives.corner_hessian(weights))))
+
+
+def test_hessians_refuse_tables_of_other_shapes(robot):
+    kernels, still = compiled.bodies_of(robot), np.zeros((3, 12))
+    with pytest.raises(ValueError, match=r"weights must have shape \(3, 18, \)"):
+        kernels.inverse_dynamics_hessian(still, still, still, np.zeros((3, 6)), still)
+    with pytest.raises(ValueError, match=r"jacobian must have shape \(3, 4, 3, 12, \)"):
+        compiled.kernels.corner_hessian(np.zeros((3, 12, 6)), np.zeros((3, 4, 3, 11)), still)
 
 
 @pytest.mark.parametrize("name", ["biped", "six, waist and arms"])

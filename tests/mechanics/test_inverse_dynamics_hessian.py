@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from motions import bent_posture, kinematics, random_motion
-from numerics import check_jacobian
+from numerics import check_jacobian, relative_error
 
 from gaitopt.mechanics.inverse_dynamics_hessian import (
     moved_axes,
@@ -86,6 +86,12 @@ def test_base_block_is_the_slope_in_the_base_acceleration(robot, motion, weights
         return pin.crba(model, data, full)[:, :6].T @ weights[0]
 
     check_jacobian(gradient, blocks.base[0].T, motion[0][0], step=1e-3)
+
+
+def test_along_a_change_it_is_the_whole(blocks, rng):
+    change = rng.normal(size=(COUNT, 3, 12))
+    whole = (blocks.whole @ change.reshape(COUNT, -1, 1)).reshape(change.shape)
+    assert relative_error(blocks.along(change), whole) < 1e-14
 
 
 def own_frame_velocity(robot, q, velocity, force_in_body):
