@@ -216,9 +216,14 @@ class Layout:
         feet = [self.turn.start] * self.turning + [self.landed.start] * self.landing
         return np.array([*range(self.start.start, self.shape.stop), *feet], dtype=np.int_)
 
+    @property
+    def boundary_size(self) -> int:
+        """Number of the boundary's own coordinates B: n angles if lifted, G quantities."""
+        return self.joints * self.lifted + len(self.geometry) + self.turning + self.landing
+
     @cached_property
     def boundary_columns(self) -> list[int]:
-        """Which of the boundary's own coordinates (n angles if lifted, G quantities) are in x."""
+        """Which of the boundary's own coordinates are in x."""
         angles, feet = self.joints * self.lifted, range(self.turning + self.landing)
         rows = [*self.free, *(len(self.geometry) + foot for foot in feet)]
         return [*range(angles), *(angles + row for row in rows)]

@@ -280,12 +280,14 @@ class StepModelBase(ABC, Generic[E]):
         )  # fmt: skip
 
     def _start_in_x(self) -> Array:
-        """Derivatives in x of what shapes the double support at the start, (b, P)."""
+        """Derivatives in x of all coordinates of the double support at the start, (B, P)."""
         layout, found = self.layout, self.chart.matrix[self.layout.boundary]
         if layout.turning:
             row = int(np.flatnonzero(layout.boundary == layout.turn.start)[0])
             found[row] = self._before.matrix[layout.turn.start]
-        return found
+        whole = np.zeros((layout.boundary_size, found.shape[1]))  # what is fixed included
+        whole[layout.boundary_columns] = found
+        return whole
 
     @property
     def turns_foot(self) -> bool:
@@ -330,24 +332,22 @@ class StepModelBase(ABC, Generic[E]):
 
     def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
         """Return those of the double support, and of q_start in x, shape (n, P)."""
-        found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
-        return found, found.q_start[:, own] @ self.at_start
+        found = self.boundary.derivatives(opening.posture)
+        return found, found.q_start @ self.at_start
 
     def start_hessian(
         self, step: Step, derivatives: StepDerivatives, q_start: Array, first: dict[Quantity, Array]
     ) -> Array:
-        """Return what the double support at the start bends, in what shapes it, shape (b, b).
+        """Return what the double support at the start bends, in its coordinates, shape (B, B).
 
         Args:
             q_start: weights of the posture, shape (n,).
             first: of the quantities.
         """
-        H = self.boundary.hessian(
+        return self.boundary.hessian(
             step.posture, derivatives.posture, q_start,
             first[quantities.LEGS], first[quantities.GAPS],
         )  # fmt: skip
-        own = self.layout.boundary_columns
-        return np.asarray(H[own][:, own])
 
     def turns(self, z: Array, turn_rate: float) -> list[tuple[FootTurn, Array]]:
         """Return the turns of the stance foot and what shapes each of them.
@@ -398,7 +398,7 @@ class StepModelBase(ABC, Generic[E]):
             effort: of wrench and torques, shape (N, 6 + h + n, P).
             yaw_end: of the foot yaw at the start of the next step, shape (P,); None where fixed.
         """
-        posture, own, count = local.posture, self.layout.boundary_columns, len(motion)
+        posture, count = local.posture, len(motion)
         m = motion.shape[1] // 3
         h = m - self.layout.joints
         angles = motion[:, :m]
@@ -411,8 +411,8 @@ class StepModelBase(ABC, Generic[E]):
             quantities.ANGLES: angles[:, h:],
             quantities.RATES: motion[:, m + h : 2 * m],
             quantities.ACCELERATIONS: motion[:, 2 * m + h :],
-            quantities.LEGS: posture.legs[:, :, own] @ self.at_start,
-            quantities.GAPS: posture.gaps[:, :, own] @ self.at_start,
+            quantities.LEGS: posture.legs @ self.at_start,
+            quantities.GAPS: posture.gaps @ self.at_start,
             quantities.TRAVEL: self.geometry_in_x[[STEP_LENGTH, DURATION]][None],
             quantities.FOOT_TURN: foot_turn_rows(hinges),
             quantities.PEAK: self._peak_in_x,
