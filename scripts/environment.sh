@@ -36,7 +36,7 @@ use_environment() {
       || complain "pip cannot be brought up to date; see the messages above, then run $0 again"
   fi
   stamp="$venv/.installed$extras"
-  wanted="$(cat "$root/pyproject.toml" "$root/setup.py" "$root"/gaitopt/mechanics/*.[ch]pp | cksum) $root"
+  wanted="$(cat "$root/pyproject.toml" "$root/setup.py" "$root"/gaitopt/*/*.[ch]pp | cksum) $root"
   if [ "$(cat "$stamp" 2>/dev/null || true)" != "$wanted" ]; then
     printf 'installing gaitopt%s (once)\n' "$extras" >&2
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --editable "$root$extras" \

@@ -57,14 +57,14 @@ def _print_version(wanted: bool) -> None:
 
 
 def _kernels() -> str:
-    try:
-        import gaitopt.mechanics.kernels  # noqa: F401
-    except ImportError:
-        return (
-            "not compiled, so that a walk takes twice as long; install gaitopt again where there "
-            "is a C++ compiler"
-        )
-    return "compiled"
+    from gaitopt.mechanics.compiled import BUILT
+
+    if BUILT:
+        return "compiled"
+    return (
+        "not compiled, so that a walk takes twice as long; install gaitopt again where there is a "
+        "C++ compiler"
+    )
 
 
 _VERSION = typer.Option(

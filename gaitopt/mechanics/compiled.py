@@ -3,11 +3,16 @@
 The plain path, NumPy and Pinocchio, computes the same and is the oracle of the tests. It takes over
 where the kernels were not built, or are not wanted: GAITOPT_COMPILED=0 in the environment. Why
 there are two: docs/decisions/compiled.md.
+
+Kernels of other sources, as after an update of a clone, are not used either: a warning says so.
 """
 
 from __future__ import annotations
 
 import os
+import warnings
+import zlib
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -21,7 +26,15 @@ try:
 except ImportError:
     BUILT = False
 else:
-    BUILT = True
+    sources = sorted(Path(__file__).parents[1].glob("*/*.[ch]pp"))
+    known = zlib.crc32(b"".join(file.read_bytes() for file in sources))
+    BUILT = not sources or known == kernels.SOURCES
+    if not BUILT:
+        warnings.warn(
+            "gaitopt's kernels were compiled from other sources, so that a walk takes twice as "
+            "long; install gaitopt again, or: python setup.py build_ext --inplace --force",
+            stacklevel=1,
+        )
 
 WANTED = os.environ.get("GAITOPT_COMPILED", "1") != "0"
 

@@ -368,6 +368,7 @@ struct AskedRows {
 
 PYBIND11_MODULE(kernels, module) {
   using namespace gaitopt;
+  module.attr("SOURCES") = GAITOPT_SOURCES;
   py::class_<Bodies>(module, "Bodies")
       .def(py::init(&bodies_of), py::arg("parents"), py::arg("foot"), py::arg("placements"),
            py::arg("axes"), py::arg("inertias"), py::arg("frames"), py::arg("armature"),

@@ -2,6 +2,8 @@ from collections.abc import Sequence
 
 from gaitopt.nlp import Array, Indices
 
+SOURCES: int
+
 class Bodies:
     def __init__(
         self,

@@ -387,3 +387,13 @@ def test_an_impact_that_is_not_finite_stays_so(robot, value):
     posture, rate = np.full(12, 0.1), np.zeros(12)
     posture[3] = value
     assert not np.isfinite(Impact(robot).state(posture, rate).velocity).any()
+
+
+def test_kernels_of_other_sources_are_not_used():
+    say = (
+        "from gaitopt.mechanics import kernels; kernels.SOURCES += 1; "
+        "from gaitopt.mechanics import compiled; print(compiled.in_use())"
+    )
+    done = subprocess.run([sys.executable, "-c", say], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+    assert "install gaitopt again" in done.stderr
