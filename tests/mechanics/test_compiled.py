@@ -397,3 +397,29 @@ def test_kernels_of_other_sources_are_not_used():
     done = subprocess.run([sys.executable, "-c", say], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
     assert "install gaitopt again" in done.stderr
+
+
+DESIGN = """
+from gaitopt import biped13, design_gait, urdf_text
+from gaitopt.gait.presets import preset_task
+from gaitopt.mechanics import compiled
+from gaitopt.model.robot import Robot
+biped = Robot.from_urdf(urdf_text(biped13()), stance_sole="right_sole", swing_sole="left_sole")
+found = design_gait(biped, preset_task("standard", speed=0.8), starts=1)
+print(compiled.in_use(), found.certificate.verdict, repr(float(found.gait.cost)))
+"""
+
+
+def test_a_design_by_the_plain_path_is_the_same():
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", DESIGN],
+            env={**os.environ, "GAITOPT_COMPILED": asked},
+            capture_output=True, text=True, check=True,
+        ).stdout.split()
+        for asked in "01"
+    ]  # fmt: skip
+    (plain, verdict, cost), (fast, *proof, by_kernels) = said
+    assert (plain, fast) == ("False", str(compiled.BUILT))
+    assert proof == [verdict]
+    assert float(by_kernels) == pytest.approx(float(cost), rel=1e-9)
