@@ -10,9 +10,9 @@ of the polynomials are then found by Newton's method. Nothing here depends on th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import cached_property, lru_cache
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from itertools import islice, pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -84,8 +84,8 @@ class _Sides:
 
     def margins(self, problem: WalkProblem, x: Array) -> Array:
         """Return the distances to the limits, shape (instants, C)."""
-        value = problem.values(x).rows[self.rows]
-        margins = np.where(self.upper, self.limits - value, value - self.limits)
+        margins = self.limits - problem.values(x).rows[self.rows]
+        margins *= np.where(self.upper, 1.0, -1.0)
         if not np.isfinite(margins).all():
             raise EvaluationError("a constraint of the walk has no finite value at some instant")
         return margins
@@ -99,6 +99,7 @@ class _Piece:
         start, end: in s.
         coefficients: Chebyshev series of every column, shape (NODES, C).
         dense: margins at `_dense_points`, shape (DENSE, C).
+        errors: estimated ones of every column, shape (C,).
         depth: how often a knot interval was divided.
     """
 
@@ -106,12 +107,8 @@ class _Piece:
     end: float
     coefficients: Array
     dense: Array
+    errors: Array
     depth: int
-
-    @cached_property
-    def errors(self) -> Array:
-        """Estimated error of every column, shape (C,)."""
-        return np.asarray(SAFETY * np.abs(self.coefficients[-TAIL:]).sum(axis=0))
 
 
 def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[Extreme, ...]:
@@ -144,13 +141,12 @@ def _located(fine: WalkProblem, parameters: bytes, everywhere: bool) -> tuple[Ex
 
 def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
     """The intervals between knots and changes of phase."""
-    margins = sides.margins(fine, x)
-    found = []
-    for k, (start, end) in enumerate(pairwise(fine.breaks)):
+    bounds = []
+    for k, (start, end) in enumerate(pairwise(fine.breaks.tolist())):
         jumps = k > 0 and np.abs(fine.changes - start).min(initial=np.inf) < AFTER
-        begin = start + AFTER if jumps else start  # what is there before it belongs to the other
-        found.append(_piece(begin, end, margins[k * NODES : (k + 1) * NODES], 0))
-    return found
+        # what is there before it belongs to the other
+        bounds.append((start + AFTER if jumps else start, end))
+    return list(_made(bounds, sides.margins(fine, x), [0] * len(bounds)))
 
 
 @lru_cache(maxsize=2)
@@ -175,16 +171,13 @@ def _resolved(fine: WalkProblem, parameters: bytes) -> list[_Piece]:
             break
         parts = [bounds for piece in unclear for bounds in _parts(piece)]
         finer = _divided(fine, tuple(parts))
-        margins = _sides(finer).margins(finer, x)
-        made = iter(np.split(margins, len(parts)))
+        depths = [piece.depth + 1 for piece in unclear for _ in range(PARTS)]
+        made = _made(parts, _sides(finer).margins(finer, x), depths)
+        divided = set(map(id, unclear))
         pieces = [
             part
             for piece in pieces
-            for part in (
-                [_piece(*bounds, next(made), piece.depth + 1) for bounds in _parts(piece)]
-                if _unclear(piece)
-                else [piece]
-            )
+            for part in (islice(made, PARTS) if id(piece) in divided else (piece,))
         ]
     return pieces
 
@@ -218,10 +211,16 @@ def _parts(piece: _Piece) -> list[tuple[float, float]]:
     return list(pairwise(np.linspace(piece.start, piece.end, PARTS + 1).tolist()))
 
 
-def _piece(start: float, end: float, margins: Array, depth: int) -> _Piece:
+def _made(
+    bounds: Sequence[tuple[float, float]], margins: Array, depths: Sequence[int]
+) -> Iterator[_Piece]:
+    """Yield the pieces between bounds, from the margins at the nodes of each, (len * NODES, C)."""
     to_coefficients, to_dense = _transforms()
-    coefficients = to_coefficients @ margins
-    return _Piece(float(start), float(end), coefficients, to_dense @ coefficients, depth)
+    coefficients = to_coefficients @ margins.reshape(len(bounds), NODES, -1)
+    errors = SAFETY * np.abs(coefficients[:, -TAIL:]).sum(axis=1)
+    each = zip(bounds, coefficients, to_dense @ coefficients, errors, depths, strict=True)
+    for (start, end), series, dense, error, depth in each:
+        yield _Piece(start, end, series, dense, error, depth)
 
 
 @lru_cache(maxsize=1)
@@ -242,29 +241,34 @@ def _sides(problem: WalkProblem) -> _Sides:
     instants = problem.grid.instants
     count = int(((instants > 0.0) & (instants < 1.0)).sum())
     names: list[str] = []
-    entries, uppers, rows, limits = [], [], [], []
+    tables: list[NDArray[np.int_]] = []
     for constraint in problem.blocks:
         if constraint.times is None:
             continue
         inside = (constraint.times > 0.0) & (constraint.times < 1.0)
-        if int(inside.sum()) != count:
-            continue
-        block = problem.rows_of(constraint.name)
-        numbers = np.arange(block.start, block.stop).reshape(constraint.lower.shape)[inside]
-        for upper, limit in ((False, problem.rows.lower), (True, problem.rows.upper)):
-            bounds = limit[block].reshape(constraint.lower.shape)[inside]
-            kept = np.flatnonzero(np.isfinite(bounds).all(axis=0))
-            names += [constraint.name] * kept.size
-            entries.append(kept)
-            uppers.append(np.full(kept.size, upper))
-            rows.append(numbers[:, kept])
-            limits.append(bounds[:, kept])
+        if int(inside.sum()) == count:
+            block = problem.rows_of(constraint.name)
+            numbers = np.arange(block.start, block.stop).reshape(constraint.lower.shape)
+            names.append(constraint.name)
+            tables.append(numbers[inside])
+    rows = np.concatenate([np.zeros((count, 0), dtype=int), *tables], axis=1)
+    widths = np.array([table.shape[1] for table in tables], dtype=int)
+    owner = np.repeat(np.arange(len(tables)), widths)
+    entry = np.arange(owner.size) - np.repeat(np.cumsum(widths) - widths, widths)
+    limits = [limit[rows] for limit in (problem.rows.lower, problem.rows.upper)]
+    kept = [np.flatnonzero(np.isfinite(limit).all(axis=0)) for limit in limits]
+    columns = np.concatenate(kept)
+    upper = np.repeat([False, True], [each.size for each in kept])
+    # of each constraint the lower limits, then the upper ones
+    order = np.argsort(2 * owner[columns] + upper, kind="stable")
+    table = np.concatenate([limit[:, each] for limit, each in zip(limits, kept, strict=True)], 1)
+    columns = columns[order]
     return _Sides(
-        tuple(names),
-        np.concatenate(entries),
-        np.concatenate(uppers),
-        np.concatenate(rows, axis=1),
-        np.concatenate(limits, axis=1),
+        tuple(names[k] for k in owner[columns]),
+        entry[columns],
+        upper[order],
+        rows[:, columns],
+        table[:, order],
     )
 
 

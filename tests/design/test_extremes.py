@@ -115,11 +115,11 @@ def test_a_limit_that_is_touched_between_dense_points_is_looked_at_closely(place
     rough[-1] = 3e-7  # makes the error 3e-6
     touch = 5.0 * (x - 0.5 * (dense[k - 1] + dense[k])) ** 2
     margins = (touch + chebyshev.chebval(x, rough) + 3e-7)[:, None]
-    piece = extremes._piece(0.0, 0.3, margins, 0)
+    piece = next(extremes._made([(0.0, 0.3)], margins, [0]))
     assert piece.errors[0] == pytest.approx(3e-6)
     assert piece.dense.min() > 10.0 * piece.errors[0] or abs(place) > 0.9
     assert extremes._unclear(piece)
-    smooth = extremes._piece(0.0, 0.3, (touch + 1e-3)[:, None], 0)
+    smooth = next(extremes._made([(0.0, 0.3)], (touch + 1e-3)[:, None], [0]))
     assert not extremes._unclear(smooth)
 
 
@@ -181,8 +181,8 @@ def test_a_minimum_between_two_dense_points_is_not_overlooked():
     x = chebyshev_points(NODES)
     margins = (2e-2 * (x - place) ** 2 - 4e-7)[:, None]
     margins[:, 0] += 3e-7 * np.cos((NODES - 1) * np.arccos(x))  # what the polynomial may be off
-    piece = extremes._piece(0.0, 1.0, margins, 0)
+    piece = next(extremes._made([(0.0, 1.0)], margins, [0]))
     assert piece.dense.min() > piece.errors[0] > 1e-6
     assert extremes._unclear(piece)
-    far = extremes._piece(0.0, 1.0, margins + 1e-3, 0)
+    far = next(extremes._made([(0.0, 1.0)], margins + 1e-3, [0]))
     assert not extremes._unclear(far)
