@@ -366,20 +366,14 @@ def _polished(
     instants = bounds[numbers, 0] + 0.5 * (places + 1.0) * lengths[numbers]
     curvatures = bends * (2.0 / lengths[numbers]) ** 2
     at_ends = np.abs(steps[:, None, None] - bounds).min(axis=0) < 2.0 * AFTER
-    found = (numbers, columns, instants, margins, curvatures)
-    for number, column, instant, margin, bend in zip(*(a.tolist() for a in found), strict=True):
-        piece = pieces[number]
-        ends = [piece.dense[k, column] for k in (0, -1) if at_ends[number, k]]
-        yield Extreme(
-            constraint=sides.names[column],
-            entry=int(sides.entry[column]),
-            instant=instant,
-            margin=margin,
-            error=float(piece.errors[column]),
-            upper=bool(sides.upper[column]),
-            curvature=bend,
-            at_end=float(min(ends, default=np.inf)),
-        )
+    ends = np.stack([piece.dense[[0, -1]] for piece in pieces])[numbers, :, columns]
+    names = map(sides.names.__getitem__, columns.tolist())
+    found = (
+        sides.entry[columns], instants, margins,
+        np.stack([piece.errors for piece in pieces])[numbers, columns], sides.upper[columns],
+        curvatures, np.where(at_ends[numbers], ends, np.inf).min(axis=1),
+    )  # fmt: skip
+    yield from map(Extreme, names, *(one.tolist() for one in found))
 
 
 def _minima(coefficients: Array, low: Array, high: Array, x: Array) -> tuple[Array, Array, Array]:
