@@ -386,13 +386,10 @@ class WalkProblem(NLP):
     def _weighed(self, multipliers: Array) -> Iterator[tuple[ConstraintBlock, Array]]:
         """Yield the blocks with multipliers, and these over the rows' scales, shape (K, r)."""
         weighed = multipliers / self._row_scales
-        pushing = np.flatnonzero(weighed)
-        before = 0
-        for block, rows in zip(self.blocks, self._slices, strict=True):
-            upto = int(pushing.searchsorted(rows.stop))
-            if before < upto:
-                yield block, weighed[rows].reshape(block.lower.shape)
-            before = upto
+        upto = np.flatnonzero(weighed).searchsorted(self._edges)
+        for number in np.flatnonzero(np.diff(upto)):
+            block = self.blocks[number]
+            yield block, weighed[self._slices[number]].reshape(block.lower.shape)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
         if (last := self._last_hessian) is not None:

@@ -75,8 +75,11 @@ class StepWeights:
         if (b, a) in self.second and a is not b:
             pair, (a, b), second = (b, a), (b, a), second.swapaxes(1, 2)
         if pair not in self.second:
-            count, entries = self.first[a].shape
-            self.second[pair] = np.zeros((count, entries, self.first[b].shape[1]))
+            shape = *self.first[a].shape, self.first[b].shape[1]
+            if second.shape == shape:  # at all rows
+                self.second[pair] = second.copy()
+                return
+            self.second[pair] = np.zeros(shape)
         self.second[pair][rows] += second
 
 

@@ -1,5 +1,6 @@
-// Frames of the bodies at all postures, and what weighed corners of a sole bend, as
-// forward_kinematics.py has them: turning joint j turns all that joint k >= j moves, so that
+// Frames of the bodies at all postures, points of the swing foot with their derivatives, and what
+// weighed corners of a sole bend, as forward_kinematics.py has them: turning joint j turns all that
+// joint k >= j moves, so that
 //
 //     sum of f_c . d2 p_c / dq_j dq_k = w_j . sum of (d p_c / dq_k) x f_c
 #include "kernels.hpp"
@@ -48,7 +49,36 @@ void four_bent(const WeightedCorners &given, std::ptrdiff_t first, double *hessi
   }
 }
 
+// Points p = R a + o of the swing foot; a joint of axis (l, w) that moves it moves them by l + w x p.
+GAITOPT_ANY_PROCESSOR
+void one_posture(const Bodies &robot, const double *frame, const double *axes,
+                 const double *points, std::ptrdiff_t count, double *found, double *slopes) {
+  const std::ptrdiff_t n = robot.count;
+  const MatrixOf<One> R = constant_matrix<One>(frame);
+  const VectorOf<One> origin = constant<One>(frame + 9);
+  for (std::ptrdiff_t c = 0; c < count; ++c, found += 3) {
+    const VectorOf<One> p = R * constant<One>(points + 3 * c) + origin;
+    found[0] = p.x, found[1] = p.y, found[2] = p.z;
+    if (axes == nullptr) continue;
+    double *row = slopes + 3 * n * c;
+    std::fill(row, row + 3 * n, 0.0);
+    for (int j = robot.foot; j >= 0; j = robot.parents[j]) {
+      const double *own = axes + 6 * j;
+      const VectorOf<One> moved = constant<One>(own) + cross(constant<One>(own + 3), p);
+      row[j] = moved.x, row[n + j] = moved.y, row[2 * n + j] = moved.z;
+    }
+  }
+}
+
 }  // namespace
+
+void move_points(const Bodies &robot, const FootPoints &points, double *found, double *slopes) {
+  const std::ptrdiff_t size = 3 * points.count;
+  for (std::ptrdiff_t k = 0; k < points.instants; ++k)
+    one_posture(robot, points.frames + 12 * k,
+                points.axes == nullptr ? nullptr : points.axes + 6 * robot.count * k,
+                points.points, points.count, found + size * k, slopes + robot.count * size * k);
+}
 
 void corner_hessian(const WeightedCorners &given, double *hessian) {
   for (std::ptrdiff_t first = 0; first < given.count; first += LANES)

@@ -115,6 +115,27 @@ py::array_t<double> placed(const Bodies &robot, const Table &q) {
   return frames;
 }
 
+py::tuple foot_points(const Bodies &robot, const Table &frames, const Table &axes,
+                      const Table &points) {
+  const py::ssize_t instants = frames.ndim() == 3 ? frames.shape(0) : 0;
+  const py::ssize_t count = points.ndim() == 2 ? points.shape(0) : 0, n = robot.count;
+  const bool derivatives = axes.ndim() == 3 && axes.shape(0) > 0;
+  const py::ssize_t rows = derivatives ? instants : 0;
+  expect(frames, "frames", {instants, 4, 3});
+  expect(axes, "axes", {rows, n, 6});
+  expect(points, "points", {count, 3});
+  py::array_t<double> found({instants, count, py::ssize_t{3}});
+  py::array_t<double> slopes({rows, count, py::ssize_t{3}, n});
+  const FootPoints given = {instants, count, frames.data(), derivatives ? axes.data() : nullptr,
+                            points.data()};
+  double *at = found.mutable_data(), *slopes_at = slopes.mutable_data();
+  {
+    py::gil_scoped_release others;
+    move_points(robot, given, at, slopes_at);
+  }
+  return py::make_tuple(found, slopes);
+}
+
 py::array_t<double> bent_corners(const Table &axes, const Table &jacobian, const Table &weights) {
   const bool stacked = axes.ndim() == 3;
   const py::ssize_t count = stacked ? axes.shape(0) : 0, n = stacked ? axes.shape(1) : 0;
@@ -379,7 +400,8 @@ PYBIND11_MODULE(kernels, module) {
            py::arg("derivatives"))
       .def("inverse_dynamics_hessian", &bent_support, py::arg("q"), py::arg("dq"), py::arg("ddq"),
            py::arg("base"), py::arg("weights"))
-      .def("placed", &placed, py::arg("q"));
+      .def("placed", &placed, py::arg("q"))
+      .def("foot_points", &foot_points, py::arg("frames"), py::arg("axes"), py::arg("points"));
   module.def("corner_hessian", &bent_corners, py::arg("axes"), py::arg("jacobian"),
              py::arg("weights"));
   module.def("nearest", &nearest_points, py::arg("frames"), py::arg("carriers"),

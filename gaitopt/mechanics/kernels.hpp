@@ -47,6 +47,17 @@ struct WeightedCorners {
 // What they bend (N, j, j).
 void corner_hessian(const WeightedCorners &given, double *hessian);
 
+// Points of the swing foot in its body's frame, at N instants.
+struct FootPoints {
+  std::ptrdiff_t instants, count;
+  const double *frames;  // of that body: axes by rows, origin (N, 12)
+  const double *axes;    // of the joints in the world (N, n, 6); or nothing
+  const double *points;  // (c, 3)
+};
+
+// Where they are (N, c, 3) and, where axes are given, their derivatives in the angles (N, c, 3, n).
+void move_points(const Bodies &robot, const FootPoints &points, double *found, double *slopes);
+
 // Segments that bodies carry, and pairs of them.
 struct Capsules {
   std::ptrdiff_t count, pairs;

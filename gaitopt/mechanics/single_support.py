@@ -13,7 +13,7 @@ processor's caches (measured: a third at 31 instants, two fifths at 301).
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import pinocchio as pin
@@ -167,13 +167,13 @@ class SingleSupport:
         """Return wrench, torques and swing foot at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
         motion = self.robot.coupling.motion(np.array([q, dq, ddq]))
         q, dq, _ = motion.of_all
-        effort, foot, *_ = self._inverse_dynamics(motion.of_all, derivatives=False)
+        effort, foot, _, axes = self._inverse_dynamics(motion.of_all, derivatives=False)
         if (carried := self._carried) is not None:
             effort -= carried.effort(q)
         if self._joints is not None:
             effort[:, 6:] += passive_torque(self._joints, q, dq).value
         effort = motion.tangent.effort(effort)
-        return SupportState(effort, self._corners(foot))
+        return SupportState(effort, self._corners(foot, axes)[0])
 
     def _inverse_dynamics(
         self, of_all: Array, derivatives: bool
@@ -184,11 +184,17 @@ class SingleSupport:
             return compiled.bodies_of(self.robot).inverse_dynamics(q, dq, ddq, derivatives)
         return by_pinocchio(self.robot, of_all, derivatives)
 
-    def _corners(self, foot: Array) -> Array:
-        """Corners of the swing sole, shape (N, 4, 3), from the frames (N, 4, 3) of its body."""
+    def _corners(self, foot: Array, axes: Array) -> tuple[Array, Array]:
+        """Return `corners_plainly`, by the kernels where they are built."""
+        if compiled.in_use():
+            return compiled.bodies_of(self.robot).foot_points(foot, axes, self._in_last)
+        return corners_plainly(self.robot, foot, axes, self._in_last)
+
+    @cached_property
+    def _in_last(self) -> Array:
+        """Corners of the swing sole in the frame of its body [m], shape (4, 3)."""
         frame, sole = self.robot.model.frames[self.robot.swing_frame].placement, self.robot.sole
-        in_last = sole.corners @ frame.rotation.T + frame.translation
-        return corner_positions(foot[:, :3], foot[:, 3], in_last)
+        return np.asarray(sole.corners @ frame.rotation.T + frame.translation)
 
     def derivatives(
         self, q: Array, dq: Array, ddq: Array
@@ -196,7 +202,7 @@ class SingleSupport:
         """Return the state and its exact derivatives at q, dq, ddq (N, n) [rad, rad/s, rad/s²]."""
         motion = self.robot.coupling.motion(np.array([q, dq, ddq]))
         q, dq, _ = motion.of_all
-        model, tree, n = self.robot.model, self.robot.tree, self.robot.tree.size
+        model, n = self.robot.model, self.robot.tree.size
         found = self._inverse_dynamics(motion.of_all, derivatives=True)
         effort, foot, jacobian, axes = found
         of_q, of_dq = (jacobian[:, :, k * n : (k + 1) * n] for k in range(2))
@@ -210,7 +216,7 @@ class SingleSupport:
             each = np.arange(n)
             of_q[:, 6 + each, each] += passive.by_angle
             of_dq[:, 6 + each, each] += passive.by_rate
-        corners = self._corners(foot)
+        corners, corners_by_all = self._corners(foot, axes)
         of_all, tangent = (effort, jacobian), motion.tangent
         if not tangent.of.none:
             effort = tangent.effort(effort)
@@ -219,7 +225,6 @@ class SingleSupport:
                 m = len(tangent.of.free)
                 turned = motion.orders[2] * of_all[0][:, 6:]
                 jacobian[:, 6:, :m] += tangent.of.diagonal(turned)
-        corners_by_all = tree.from_legs(corner_jacobian(axes[:, tree.legs], corners))
         derivatives = SupportDerivatives(
             effort=jacobian,
             corners=tangent.reduced(corners_by_all),
@@ -269,6 +274,23 @@ def by_pinocchio(
             pin.updateGlobalPlacements(model, data)
         effort[k], foot[k, :3], foot[k, 3] = at.effort, at.rotation, at.origin
     return effort, foot, jacobian, axes
+
+
+def corners_plainly(robot: Robot, foot: Array, axes: Array, in_last: Array) -> tuple[Array, Array]:
+    """Return corners of the swing sole and their derivatives in the angles of all n joints.
+
+    Args:
+        robot: rooted at its stance sole.
+        foot, axes: as of `by_pinocchio`; without instants of the axes there are no derivatives.
+        in_last: the corners in the frame of their body [m], shape (4, 3).
+
+    Returns:
+        Shapes (N, 4, 3) and (N, 4, 3, n).
+    """
+    corners, tree = corner_positions(foot[:, :3], foot[:, 3], in_last), robot.tree
+    if not len(axes):
+        return corners, np.empty((0, *in_last.shape, tree.size))
+    return corners, tree.from_legs(corner_jacobian(axes[:, tree.legs], corners))
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.inverse_dynamics_hessian import DynamicsHessian, WeightedDynamics
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.mechanics.single_support import SingleSupport, by_pinocchio
+from gaitopt.mechanics.single_support import SingleSupport, by_pinocchio, corners_plainly
 from gaitopt.model.robot import Robot, cached_workspace
 
 ROBOTS = ("biped", "on a slope, with rotors", *SYNTHETIC)
@@ -73,8 +73,20 @@ def test_inverse_dynamics(any_robot, count, derivatives):
     check(found, by_pinocchio(any_robot, motion, derivatives))
 
 
+@pytest.mark.parametrize("derivatives", [False, True])
+def test_corners_of_the_swing_sole(any_robot, derivatives):
+    _, foot, _, axes = by_pinocchio(any_robot, random_motion(any_robot, 5), derivatives)
+    points = np.random.default_rng(1).normal(size=(4, 3))
+    found = compiled.bodies_of(any_robot).foot_points(foot, axes, points)
+    check(found, corners_plainly(any_robot, foot, axes, points))
+
+
 def test_tables_of_other_shapes_are_refused(robot):
     motion = random_motion(robot, 3)
+    with pytest.raises(ValueError, match=r"axes must have shape \(3, 12, 6, \)"):
+        compiled.bodies_of(robot).foot_points(
+            np.zeros((3, 4, 3)), np.zeros((2, 12, 6)), np.zeros((4, 3))
+        )
     with pytest.raises(ValueError, match=r"dq must have shape \(3, 12, \)"):
         compiled.bodies_of(robot).inverse_dynamics(motion[0], motion[1, :2], motion[2], True)
 
