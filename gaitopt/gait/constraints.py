@@ -47,8 +47,9 @@ _SIZES = {
 }  # fmt: skip
 """Changes of rows that matter, by their unit, of the thirteen-link biped; those of other robots are
 in proportion, as all sizes here, see `Scales`."""
-SLIPPERIEST = 1e-3
-"""Least coefficient of friction of a ground: skates on ice have some 0.005."""
+SLIPPERIEST, STICKIEST = 1e-3, 100.0
+"""Bounds of the coefficient of friction of a ground: skates on ice have some 0.005, slicks of
+dragsters some 4."""
 _TORSION = 0.2  # of these, where a moment is one of torsional friction
 FORCE_SMOOTHING = 0.05  # N, rounds the tip of the friction cone
 IMPULSE_SMOOTHING = 10**-4.5  # N.s
@@ -114,7 +115,8 @@ class Margins:
 
     friction: float = margin(
         0.7, "Coefficient of friction of the ground.",
-        "the coefficient of friction", least=SLIPPERIEST, metavar="mu", common=True,
+        "the coefficient of friction", least=SLIPPERIEST, most=STICKIEST, metavar="mu",
+        common=True,
         relax=(2.0, 0.1),  # rubber on rough concrete
     )  # fmt: skip
     minimum_load: float = margin(

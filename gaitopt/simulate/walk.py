@@ -17,7 +17,7 @@ from scipy.integrate import trapezoid
 from gaitopt.bounds import RATE, is_finite, shown
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, failure, own_line
-from gaitopt.gait.constraints import SLIPPERIEST
+from gaitopt.gait.constraints import SLIPPERIEST, STICKIEST
 from gaitopt.gait.result import Gait, ground_of
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
@@ -88,10 +88,10 @@ class WalkOptions:
             raise InputError(
                 f"{shown(self.steps)} steps cannot be simulated; ask for 1 to {MOST_STEPS} of them"
             )
-        if not (is_finite(self.friction) and self.friction >= SLIPPERIEST):
+        if not (is_finite(self.friction) and SLIPPERIEST <= self.friction <= STICKIEST):
             raise InputError(
-                f"the friction of the simulated ground is {shown(self.friction)}; it must be at "
-                f"least {SLIPPERIEST:g}: ice has some 0.02"
+                f"the friction of the simulated ground is {shown(self.friction)}; it must be "
+                f"between {SLIPPERIEST:g} and {STICKIEST:g}: ice has some 0.02"
             )
         if not (is_finite(self.frames) and 0.0 <= self.frames <= RATE):
             raise InputError(

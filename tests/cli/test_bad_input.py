@@ -41,8 +41,9 @@ CASES = [
     (["--samples", "30"], "odd number of samples, not 30"),
     (["--samples", "1"], "1 samples are too few"),
     (["--postures", "0"], "postures is 0"),
-    (["--friction", "0"], "friction is 0.0; it must be at least 0.001"),
-    (["--friction", "1e-9"], "friction is 1e-09; it must be at least 0.001"),
+    (["--friction", "0"], "friction is 0.0; it must be between 0.001 and 100"),
+    (["--friction", "1e-9"], "friction is 1e-09; it must be between 0.001"),
+    (["--friction", "1e18"], "friction is 1e.18; it must be between 0.001 and 100"),
     (["--speed-as", "penalty", "--penalty-weight", "1e18"], "1e.18 cost/m²; it must be at most"),
     (
         ["--preset", "standart"],
