@@ -429,8 +429,7 @@ class DoubleStepModel(StepModelBase[Closing]):
         )
         gradient[self.both, :chain] += taken
         dynamics = derivatives.support.hessian(effort)
-        local = local_hessian(derivatives, first, dynamics).whole
-        H += np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
+        H += local_hessian(derivatives, first, dynamics).through(motion)
         by_order = gradient.reshape(-1, 3, m)
         felt = by_order * ~self.both[:, None, None]
         free, single = felt[:, :, self._driven], felt[:, :, self._swing]

@@ -309,8 +309,7 @@ class ShiftStepModel(StepModel):
         effort: Array,
     ) -> Array:
         part, motion, n = _part(step), derivatives.motion, self.layout.joints
-        H = np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
-        H += self._taken(step, motion, effort)[1]
+        H = local.through(motion) + self._taken(step, motion, effort)[1]
         on_swing, at_free, at_leaving = self._weights(step, by_order)
         swing, free, leaving = self._in_x(step, part, derivatives.coefficients)
         flat = by_order[self.both].reshape(-1, 3 * n)

@@ -678,8 +678,7 @@ class StepModel(StepModelBase[Landing]):
         part counts, so that mixed blocks are there once, twice as large.
         """
         if step.hinges:  # the foot's turn has another map
-            motion = derivatives.motion
-            return np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
+            return local.through(derivatives.motion)
         basis, pairs = self._pairs(step.duration)
         width, n = basis.shape[2], self.layout.joints
         bent = np.concatenate([local.qq, local.qv, local.vv, local.qa]).reshape(len(pairs), -1)

@@ -66,7 +66,7 @@ class WeightedDynamics:
 
 @dataclass(frozen=True)
 class InverseDynamicsHessian:
-    """Second derivatives of lambda . tau at N instants, shape (N, n, n) each.
+    """Second derivatives H of lambda . tau at N instants, shape (N, n, n) each.
 
     Attributes:
         qq, vv: symmetric blocks.
@@ -81,19 +81,21 @@ class InverseDynamicsHessian:
     qa: Array
     base: Array
 
-    @property
-    def whole(self) -> Array:
-        """The blocks as one matrix in (q, dq, ddq), shape (N, 3 n, 3 n)."""
-        n = self.qq.shape[-1]
-        found = np.zeros((len(self.qq), 3 * n, 3 * n))
-        q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
-        found[:, q, q], found[:, dq, dq] = self.qq, self.vv
-        found[:, q, dq], found[:, dq, q] = self.qv, self.qv.swapaxes(1, 2)
-        found[:, q, ddq], found[:, ddq, q] = self.qa, self.qa.swapaxes(1, 2)
-        return found
+    def through(self, motion: Array) -> Array:
+        """Return the sum over the instants of M' H M, shape (P, P), M the motion's derivatives.
+
+        Args:
+            motion: those of (q, dq, ddq) in P parameters, shape (N, 3 n, P).
+        """
+        n, P = self.qq.shape[-1], motion.shape[-1]
+        q, dq = motion[:, :n], motion[:, n : 2 * n]
+        of_q = np.concatenate([self.qq, 2.0 * self.qv, 2.0 * self.qa], axis=2) @ motion
+        found = q.reshape(-1, P).T @ of_q.reshape(-1, P)
+        found += dq.reshape(-1, P).T @ (self.vv @ dq).reshape(-1, P)
+        return np.asarray((found + found.T) / 2.0)
 
     def along(self, motion: Array) -> Array:
-        """Return `whole` times a change of (q, dq, ddq), shape (N, 3, n) of (N, 3, n)."""
+        """Return H times a change of (q, dq, ddq), shape (N, 3, n) of (N, 3, n)."""
         q, dq, ddq = motion.swapaxes(0, 1)[..., None]
         found = np.empty(motion.shape)
         found[:, 0] = (self.qq @ q + self.qv @ dq + self.qa @ ddq)[:, :, 0]

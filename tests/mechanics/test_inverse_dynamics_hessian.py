@@ -88,10 +88,16 @@ def test_base_block_is_the_slope_in_the_base_acceleration(robot, motion, weights
     check_jacobian(gradient, blocks.base[0].T, motion[0][0], step=1e-3)
 
 
-def test_along_a_change_it_is_the_whole(blocks, rng):
-    change = rng.normal(size=(COUNT, 3, 12))
-    whole = (blocks.whole @ change.reshape(COUNT, -1, 1)).reshape(change.shape)
-    assert relative_error(blocks.along(change), whole) < 1e-14
+def test_blocks_are_those_of_one_matrix(blocks, rng):
+    motion, none = rng.normal(size=(COUNT, 36, 5)), np.zeros((12, 12))
+    each = zip(blocks.qq, blocks.qv, blocks.vv, blocks.qa, strict=True)
+    H = np.array([
+        np.block([[qq, qv, qa], [qv.T, vv, none], [qa.T, none, none]]) for qq, qv, vv, qa in each
+    ])  # fmt: skip
+    expected = sum(M.T @ at @ M for M, at in zip(motion, H, strict=True))
+    assert relative_error(blocks.through(motion), expected) < 1e-13
+    along = blocks.along(motion[:, :, 0].reshape(COUNT, 3, 12)).reshape(COUNT, 36, 1)
+    assert relative_error(along, H @ motion[:, :, :1]) < 1e-13
 
 
 def own_frame_velocity(robot, q, velocity, force_in_body):
