@@ -250,9 +250,14 @@ class Impact:
         self._forces.extend([pin.Force.Zero()] * robot.model.njoints)
         self._coupling = robot.coupling
         self._nv = BASE + len(robot.joint_names)
-        self._kernel = None
-        if compiled.in_use() and self._coupling.affine:
-            self._kernel = compiled.landing_of(robot, None if landing is None else landing.twist)
+        line = None if landing is None else landing.twist
+        affine = compiled.BUILT and self._coupling.affine
+        self._compiled = compiled.landing_of(robot, line) if affine else None
+
+    @property
+    def _kernel(self) -> kernels.Landing | None:
+        """What computes; None: the plain path."""
+        return self._compiled if compiled.in_use() else None
 
     def _configuration(self, posture: Array) -> Array:
         self._q[BASE + 1 :] = self._coupling.angles(posture)
@@ -301,9 +306,9 @@ class Impact:
             rate_before: joint rates before it [rad/s], shape (n,).
             sole_before: twist of the stance sole before it, in its frame, shape (6,); None at rest.
         """
-        if self._kernel is not None:
+        if (kernel := self._kernel) is not None:
             angles = self._coupling.angles(posture)
-            return self._state(self._kernel.impact(angles, rate_before, sole_before, False)[0])
+            return self._state(kernel.impact(angles, rate_before, sole_before, False)[0])
         D, J = self._matrices(posture)
         rhs = np.zeros(self._size)
         rhs[: self._nv] = _momentum(D, rate_before, sole_before)
@@ -313,9 +318,9 @@ class Impact:
         self, posture: Array, rate_before: Array, sole_before: Array | None = None
     ) -> tuple[ImpactState, ImpactDerivatives]:
         """Return the state and its exact derivatives, Eqs. (58)-(62); arguments as of `state`."""
-        if self._kernel is not None:
+        if (kernel := self._kernel) is not None:
             angles, n = self._coupling.angles(posture), len(posture)
-            found = self._kernel.impact(angles, rate_before, sole_before, True)
+            found = kernel.impact(angles, rate_before, sole_before, True)
             y, inputs, kkt, inverse, axes, frame = found
             return self._state(y), ImpactDerivatives(inputs, n, kkt, inverse, axes, frame)
         D, J = self._matrices(posture)

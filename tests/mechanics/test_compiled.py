@@ -343,26 +343,24 @@ def landing_robot(request, robot):
 
 
 @pytest.fixture(params=LANDINGS)
-def landing(request, landing_robot, rng, monkeypatch):
-    """An impact by the kernels, the plain one, and arguments of `state`."""
+def landing(request, landing_robot, rng):
+    """An impact, and arguments of `state`."""
     line, turning = LANDINGS[request.param]
     hinge, n = ToeLine(0.01).hinge(landing_robot.sole), len(landing_robot.joint_names)
     at = rng.normal(0.0, 0.3, n), rng.normal(0.0, 2.0, n), 1.7 * hinge.twist if turning else None
-    found = Impact(landing_robot, hinge if line else None)
-    monkeypatch.setattr(compiled, "WANTED", False)
-    return found, Impact(landing_robot, hinge if line else None), at
+    return Impact(landing_robot, hinge if line else None), at
 
 
-def test_impact(landing):
-    found, plain, at = landing
-    (state, slopes), (expected, others) = found.derivatives(*at), plain.derivatives(*at)
+def test_impact(landing, both_paths):
+    impact, at = landing
+    (state, slopes), (expected, others) = both_paths(lambda: impact.derivatives(*at))
     tables = "kkt", "axes", "frame"
     check(*([getattr(one, name) for name in tables] for one in (slopes, others)))
     # what two good solutions of a system may differ by
     close = np.finfo(float).eps * np.linalg.cond(slopes.kkt)
     check([slopes.inputs, slopes.inverse], [others.inputs, others.inverse], close)
     check([result(state, slopes)], [result(expected, slopes)], close)
-    alone = found.state(*at)
+    alone, _ = both_paths(lambda: impact.state(*at))
     np.testing.assert_array_equal(result(alone, slopes), result(state, slopes))
 
 
@@ -371,12 +369,13 @@ def result(state, slopes):
     return np.array([*state.velocity, *state.impulse, state.turn_rate])[: len(slopes.kkt)]
 
 
-def test_hessian_of_the_impact(landing, rng):
-    found, plain, at = landing
-    state, slopes = found.derivatives(*at)
+def test_hessian_of_the_impact(landing, both_paths, rng):
+    impact, (posture, rate, sole) = landing
+    state, slopes = impact.derivatives(posture, rate, sole)
     weights = rng.normal(size=len(slopes.kkt))
-    one, other = (each.weighted(*at[:2], state, slopes, weights, at[2]) for each in (found, plain))
-    inertial = cached_workspace(found.robot, DynamicsHessian).of(one.dynamics)
+    one, other = both_paths(lambda: impact.weighted(posture, rate, state, slopes, weights, sole))
+    inertial = cached_workspace(impact.robot, DynamicsHessian).of(one.dynamics)
+    assert (one.kernel is not None, other.kernel) == (True, None)
     check([one.hessian(inertial)], [other.hessian(inertial)])
 
 
