@@ -265,7 +265,7 @@ def _solve(matrix: Array, rhs: Array) -> Array:
 
 
 def regular(found: Array) -> Array:
-    """Return what was solved for, if it is finite.
+    """Return what was solved for, of any shape, if it is finite.
 
     Raises:
         UnreachableError: it is not: a leg cannot be moved in all directions.
