@@ -74,7 +74,7 @@ REMEDIES = [
      "optimise --duration {0} --speed 0.5"),
     ("optimise --duration 6 --free duration", r"between [\d.]+ and ([\d.]+) s",
      "optimise --duration {0} --free duration --speed 0.1"),
-    ("optimise --friction 0", r"must be (above) 0", "optimise --friction 0.1"),
+    ("optimise --friction 0", r"between ([\d.]+) and", "optimise --friction {0}"),
     ("optimise --clearance -1", r"must (not) be negative", "optimise --clearance 0"),
     ("optimise --leg-extension 1.2", r"at most (\d)", "optimise --leg-extension {0}"),
     ("optimise --fastest --sigma 0.1", r"(leave out) --start, --starts, --seed and --sigma",

@@ -41,7 +41,7 @@ def test_switches_are_no_numbers(name, value):
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("friction", 0.0, "friction is 0.0; it must be at least 0.001"),
+        ("friction", 0.0, "friction is 0.0; it must be between 0.001 and 100"),
         ("leg_extension", -0.5, "leg_extension is -0.5; it must be above 0"),
         ("leg_extension", 1.01, "leg_extension is 1.01; it must be at most 1"),
         ("torque_limit", 1e-320, r"torque_limit is 1e-320 N.m; it must be between 1e-50 and"),
