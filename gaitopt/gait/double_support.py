@@ -244,7 +244,7 @@ class PostureDerivatives:
     loop_axes: tuple[Array, ...] = ()
 
 
-class DoubleSupport(ABC):
+class DoubleSupport(compiled.MadeAnew, ABC):
     """Two feet on the ground and a pelvis, placed by the G geometric quantities."""
 
     def __init__(
@@ -314,6 +314,32 @@ class DoubleSupport(ABC):
             raise EvaluationError("a geometric quantity is not finite")
         pelvis, sole = self._placing.at(geometry)
         return pelvis, sole
+
+    def placed(self, geometry: Array) -> tuple[Array, Array, pin.SE3, pin.SE3, Array, Array]:
+        """Return legs, points, pelvis, sole, pelvis_axes and sole_axes, as of `Posture`.
+
+        Raises:
+            EvaluationError: a geometric quantity is not finite.
+        """
+        if compiled.in_use() and np.isfinite(geometry).all():
+            frames, on_pelvis, on_sole, legs, points = self._compiled.at(geometry)
+            return legs, points, pin.SE3(frames[0]), pin.SE3(frames[1]), on_pelvis, on_sole
+        (pelvis, on_pelvis), (sole, on_sole) = self.place(geometry)
+        return *self.kinematics.legs(pelvis, sole), pelvis, sole, on_pelvis, on_sole
+
+    @cached_property
+    def _compiled(self) -> compiled.kernels.Placing:
+        legs, chains = self.robot.legs, (self.pelvis_chain, self.sole_chain)
+        every = [one for chain in chains for one in chain]
+        point = (_ZERO if one.point is None else one.point for one in every)
+        return compiled.kernels.Placing(
+            counts=[len(chain) for chain in chains],
+            turns=[one.turns for one in every],
+            quantities=[-1 if one.quantity is None else one.quantity for one in every],
+            facts=np.array([[e.factor, *e.axis, *p] for e, p in zip(every, point, strict=True)]),
+            hips=legs.hips,
+            ankles=legs.ankles,
+        )
 
     def slopes(self, posture: Posture, axes: Array = _NO_JOINTS) -> tuple[Array, Array]:
         """Return the jacobians of joints and legs in the geometric quantities, (m, G), (2, 3, G).
@@ -423,8 +449,7 @@ class InverseKinematicsSupport(DoubleSupport):
         known = geometry.tobytes()
         if self._last is not None and self._last[0] == known:
             return self._last[1]
-        (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
-        legs, points = self.kinematics.legs(pelvis, sole)
+        legs, points, pelvis, sole, on_pelvis, on_sole = self.placed(geometry)
         try:
             q_start = self.kinematics.solve(pelvis, sole, legs)
         except UnreachableError as error:
@@ -434,7 +459,8 @@ class InverseKinematicsSupport(DoubleSupport):
                 f"step length {fixed(geometry[STEP_LENGTH], 4)} m, "
                 f"foot spacing {fixed(geometry[FOOT_SPACING], 4)} m)"
             ) from error
-        found = Posture(q_start, legs, points, pelvis, sole, pelvis_axes, sole_axes, self.drives)
+        axes = on_pelvis, on_sole
+        found = Posture(q_start, legs, points, pelvis, sole, *axes, self.drives)
         self._last = known, found
         return found
 
@@ -496,14 +522,14 @@ class JointAngleSupport(DoubleSupport):
         Raises:
             EvaluationError: pelvis or foot are turned by more than a right angle.
         """
-        (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
+        legs, points, pelvis, sole, on_pelvis, on_sole = self.placed(geometry)
         pelvis_is, sole_is = self.kinematics.placements(q_start)
         loops = (pelvis_is.inverse() * pelvis, sole_is.inverse() * sole)
         for name, loop in zip(("pelvis", "swing foot"), loops, strict=True):
             if np.trace(loop.rotation) < 1.0:  # its sine, which the rows read, vanishes again
                 raise EvaluationError(f"the {name} is turned by more than a right angle")
-        legs = self.kinematics.legs(pelvis, sole)
-        return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives, loops)
+        axes = on_pelvis, on_sole
+        return Posture(q_start, legs, points, pelvis, sole, *axes, self.drives, loops)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
         axes = self.kinematics.axes(posture.q_start)

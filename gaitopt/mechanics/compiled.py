@@ -44,6 +44,13 @@ def in_use() -> bool:
     return BUILT and WANTED
 
 
+class MadeAnew:
+    """What has something compiled in `_compiled`: copies and pickles make that anew."""
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in vars(self).items() if name != "_compiled"}
+
+
 class _Compiled:
     def __init__(self, robot: Robot) -> None:
         model = robot.model

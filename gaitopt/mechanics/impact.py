@@ -45,6 +45,7 @@ what F does (docs/derivations.md).
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -227,7 +228,7 @@ def held_rows(hinge: Hinge) -> Array:
     return np.asarray(np.linalg.svd(hinge.twist[None])[2][1:])
 
 
-class Impact:
+class Impact(compiled.MadeAnew):
     """Evaluates the impact of one robot and its derivatives."""
 
     def __init__(self, robot: Robot, landing: Hinge | None = None) -> None:
@@ -250,9 +251,12 @@ class Impact:
         self._forces.extend([pin.Force.Zero()] * robot.model.njoints)
         self._coupling = robot.coupling
         self._nv = BASE + len(robot.joint_names)
-        line = None if landing is None else landing.twist
+
+    @cached_property
+    def _compiled(self) -> kernels.Landing | None:
+        line = None if self.landing is None else self.landing.twist
         affine = compiled.BUILT and self._coupling.affine
-        self._compiled = compiled.landing_of(robot, line) if affine else None
+        return compiled.landing_of(self.robot, line) if affine else None
 
     @property
     def _kernel(self) -> kernels.Landing | None:

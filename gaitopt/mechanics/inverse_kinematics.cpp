@@ -93,10 +93,15 @@ P gap(const PlacedOf<One> &body, const double *frame, const double *target) {
   return logarithm(R, to - R * (body.rotation * constant<One>(frame + 9) + body.origin));
 }
 
+void put(const V &vector, double *xyz) {
+  xyz[0] = vector.x;
+  xyz[1] = vector.y;
+  xyz[2] = vector.z;
+}
+
 void store(const P &pair, double *six) {
-  const double values[6] = {pair.linear.x,  pair.linear.y,  pair.linear.z,
-                            pair.angular.x, pair.angular.y, pair.angular.z};
-  std::copy(values, values + 6, six);
+  put(pair.linear, six);
+  put(pair.angular, six + 3);
 }
 
 // Add to a Hessian (G, G) what a chain bends, by the forces at its joints and by points that it
@@ -151,6 +156,42 @@ bool close_legs(const Bodies &robot, const double *targets, const Search &search
     if (largest < search.last) return true;
   }
   return false;
+}
+
+void place_support(const Placing &placing, const double *geometry, const Placements &found) {
+  M rotations[2];
+  V origins[2];
+  for (int body = 0; body < 2; ++body) {
+    M R = identity<One>();
+    V p = nothing<One>();
+    double *axes = found.axes[body];
+    for (const Displacement &one : placing.chains[body]) {
+      const double amount = one.factor * (one.quantity < 0 ? 1.0 : geometry[one.quantity]);
+      const V own = constant<One>(one.axis), axis = R * own;
+      if (one.turns) {
+        const V point = constant<One>(one.point), at = R * point + p;
+        store({cross(at, axis), axis}, axes);
+        R = R * turn(own, amount);
+        p = at - R * point;
+      } else {
+        store({axis, nothing<One>()}, axes);
+        p += amount * axis;
+      }
+      axes += 6;
+    }
+    const double frame[16] = {R.x.x, R.x.y, R.x.z, p.x, R.y.x, R.y.y, R.y.z, p.y,
+                              R.z.x, R.z.y, R.z.z, p.z, 0.0,   0.0,   0.0,   1.0};
+    std::copy(frame, frame + 16, found.frames + 16 * body);
+    rotations[body] = R;
+    origins[body] = p;
+  }
+  const double *hips = placing.hips.data(), *ankles = placing.ankles.data();
+  const V points[3] = {rotations[0] * constant<One>(hips) + origins[0],
+                       rotations[0] * constant<One>(hips + 3) + origins[0],
+                       rotations[1] * constant<One>(ankles + 3) + origins[1]};
+  const V legs[2] = {points[0] - constant<One>(ankles), points[1] - points[2]};
+  for (int k = 0; k < 3; ++k) put(points[k], found.points + 3 * k);
+  for (int k = 0; k < 2; ++k) put(legs[k], found.legs + 3 * k);
 }
 
 void support_slopes(const DoubleSupport &support, const double *joints, double *rates,

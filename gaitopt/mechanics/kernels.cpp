@@ -199,6 +199,47 @@ py::tuple legs_closed(const Bodies &robot, const Table &q, const Table &targets,
   return py::make_tuple(found, closed);
 }
 
+Placing placing_of(const std::vector<int> &counts, const std::vector<int> &turns,
+                   const std::vector<int> &quantities, const Table &facts, const Table &hips,
+                   const Table &ankles) {
+  Placing placing;
+  if (counts.size() != 2 || counts[0] < 0 || counts[1] < 0)
+    throw std::invalid_argument("there must be two chains of displacements");
+  const std::size_t all = static_cast<std::size_t>(counts[0]) + counts[1];
+  if (turns.size() != all || quantities.size() != all)
+    throw std::invalid_argument("every displacement must turn or not, and have a quantity or -1");
+  expect(facts, "facts", {static_cast<py::ssize_t>(all), 7});
+  expect(hips, "hips", {2, 3});
+  expect(ankles, "ankles", {2, 3});
+  for (std::size_t k = 0; k < all; ++k) {
+    const double *own = facts.data() + 7 * k;
+    Displacement one = {turns[k] != 0, quantities[k], own[0], {}, {}};
+    std::copy(own + 1, own + 4, one.axis);
+    std::copy(own + 4, own + 7, one.point);
+    placing.chains[static_cast<int>(k) < counts[0] ? 0 : 1].push_back(one);
+    placing.quantities = std::max(placing.quantities, one.quantity + 1);
+  }
+  placing.hips = copied(hips);
+  placing.ankles = copied(ankles);
+  return placing;
+}
+
+// What follows takes a microsecond or two: too short to let others run.
+py::tuple support_placed(const Placing &placing, const Table &geometry) {
+  const py::ssize_t size = geometry.ndim() == 1 ? geometry.size() : 0;
+  expect(geometry, "geometry", {std::max<py::ssize_t>(size, placing.quantities)});
+  const auto chain = [&](int body) {
+    const auto count = static_cast<py::ssize_t>(placing.chains[body].size());
+    return py::array_t<double>({count, py::ssize_t{6}});
+  };
+  py::array_t<double> frames({2, 4, 4}), pelvis = chain(0), sole = chain(1);
+  py::array_t<double> legs({2, 3}), points({3, 3});
+  place_support(placing, geometry.data(),
+                {frames.mutable_data(), {pelvis.mutable_data(), sole.mutable_data()},
+                 legs.mutable_data(), points.mutable_data()});
+  return py::make_tuple(frames, pelvis, sole, legs, points);
+}
+
 // The chains of a double support, each by its axes (k, 6) and rates (k, G).
 DoubleSupport support_of(const Table (&axes)[2], const Table (&rates)[2], const Table &points) {
   const py::ssize_t size = rates[0].ndim() == 2 ? rates[0].shape(1) : 0;
@@ -406,6 +447,10 @@ PYBIND11_MODULE(kernels, module) {
              py::arg("weights"));
   module.def("nearest", &nearest_points, py::arg("frames"), py::arg("carriers"),
              py::arg("segments"), py::arg("sides"), py::arg("squares"));
+  py::class_<Placing>(module, "Placing")
+      .def(py::init(&placing_of), py::arg("counts"), py::arg("turns"), py::arg("quantities"),
+           py::arg("facts"), py::arg("hips"), py::arg("ankles"))
+      .def("at", &support_placed, py::arg("geometry"));
   module.def("support_slopes", &slopes_of, py::arg("pelvis_axes"), py::arg("pelvis_drive"),
              py::arg("sole_axes"), py::arg("sole_drive"), py::arg("points"),
              py::arg("joint_axes"));

@@ -84,12 +84,37 @@ struct Chain {
   const double *axes, *rates;  // (k, 6), (k, G)
 };
 
+// A translation along, or a rotation about, a fixed axis of the frame before it.
+struct Displacement {
+  bool turns;
+  int quantity;    // that drives it, -1 none
+  double factor;   // amount per unit of it, or altogether
+  double axis[3], point[3];
+};
+
+// Displacements of pelvis and swing sole from the stance sole, and centres of hips and ankles.
+struct Placing {
+  std::vector<Displacement> chains[2];
+  int quantities = 0;             // that drive them, at least
+  std::vector<double> hips, ankles;  // in pelvis and soles (2, 3)
+};
+
+// Where they are put.
+struct Placements {
+  double *frames;   // of pelvis and sole (2, 4, 4)
+  double *axes[2];  // of the displacements of either, in the world (k, 6)
+  double *legs;     // from ankles to hips (2, 3)
+  double *points;   // hips, then the swing ankle (3, 3)
+};
+
 // Displacements of pelvis and swing sole; hips and the swing ankle, which they carry (3, 3).
 struct DoubleSupport {
   std::ptrdiff_t size;  // G
   Chain chains[2];
   const double *points;
 };
+
+void place_support(const Placing &placing, const double *geometry, const Placements &found);
 
 // Move the angles of two legs of six joints until pelvis and swing sole are at their targets
 // (2, 4, 4); false where they come to none.

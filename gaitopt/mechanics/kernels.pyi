@@ -32,6 +32,19 @@ def corner_hessian(axes: Array, jacobian: Array, weights: Array) -> Array: ...
 def nearest(
     frames: Array, carriers: Indices, segments: Array, sides: Indices, squares: Array
 ) -> Array: ...
+
+class Placing:
+    def __init__(
+        self,
+        counts: Sequence[int],
+        turns: Sequence[bool],
+        quantities: Sequence[int],
+        facts: Array,
+        hips: Array,
+        ankles: Array,
+    ) -> None: ...
+    def at(self, geometry: Array) -> tuple[Array, Array, Array, Array, Array]: ...
+
 def support_slopes(
     pelvis_axes: Array,
     pelvis_drive: Array,

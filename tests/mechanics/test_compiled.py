@@ -1,6 +1,8 @@
 """What is compiled against the plain path, which Newton-Euler, MuJoCo and differences check."""
 
+import copy
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -12,6 +14,7 @@ from changed_robots import changed
 from motions import bent_posture
 from synthetic_bipeds import SYNTHETIC, synthetic
 from tied_bipeds import TIED, tied
+from walks import walk
 
 from gaitopt.contact import Hinge, ToeLine
 from gaitopt.errors import UnreachableError
@@ -308,7 +311,9 @@ def test_double_support(robot, both_paths, rng, form, feet):
         H = support.hessian(
             posture, slopes, weights[0], weights[1].reshape(2, 3), weights[2].reshape(-1, 6)
         )
-        return slopes.q_start, slopes.legs, slopes.gaps, H
+        placed = (one.homogeneous for one in (posture.pelvis, posture.sole))
+        found = posture.pelvis_axes, posture.sole_axes, posture.legs, posture.points, *placed
+        return *found, slopes.q_start, slopes.legs, slopes.gaps, H
 
     for found, expected in zip(*both_paths(evaluate), strict=True):
         size = np.abs(expected).max(initial=0.0)
@@ -434,3 +439,32 @@ def test_a_design_by_the_plain_path_is_the_same():
     assert (plain, fast) == ("False", str(compiled.BUILT))
     assert proof == [verdict]
     assert float(by_kernels) == pytest.approx(float(cost), rel=1e-9)
+
+
+def test_tables_of_another_double_support_are_refused(robot):
+    bodies, support = compiled.bodies_of(robot), InverseKinematicsSupport(robot)
+    posture = support.posture(PLACED, np.zeros(0))
+    chains, search = support._chains(posture), (40, 1e-7, 0.5)
+    with pytest.raises(ValueError, match=r"geometry must have shape \(9, \)"):
+        support._compiled.at(PLACED[:8])
+    with pytest.raises(ValueError, match=r"targets must have shape \(2, 4, 4, \)"):
+        bodies.close_legs(np.zeros(12), np.zeros((2, 3, 4)), *search)
+    with pytest.raises(ValueError, match="the legs must have six joints each"):
+        compiled.bodies_of(synthetic("five")).close_legs(np.zeros(12), np.zeros((2, 4, 4)), *search)
+    with pytest.raises(ValueError, match=r"joint axes must have shape \(12, 6, \)"):
+        compiled.kernels.support_slopes(*chains, np.zeros((7, 6)))
+    with pytest.raises(ValueError, match=r"drives must have shape \(6, 10, \)"):
+        compiled.kernels.support_slopes(chains[0], chains[1][:5], *chains[2:], np.zeros((0, 6)))
+    with pytest.raises(ValueError, match=r"rates must have shape \(12, 10, \)"):
+        compiled.kernels.support_hessian(
+            *chains, np.zeros((12, 6)), np.zeros((11, 10)), np.zeros(12), np.zeros((2, 3))
+        )
+
+
+def test_walks_whose_feet_turn_are_copied_and_pickled():
+    at = walk("upright, heel strike, toe off, everything free")
+    values = at.problem.values(at.x)
+    for again in (copy.deepcopy(at.problem), pickle.loads(pickle.dumps(at.problem))):
+        found = again.values(at.x)
+        assert found.cost == values.cost
+        np.testing.assert_array_equal(found.rows, values.rows)
