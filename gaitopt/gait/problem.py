@@ -113,6 +113,7 @@ class WalkProblem(NLP):
     _last_values: Values | None = None
     _last_gradient: tuple[_Derivatives, dict[Quantity, Array]] | None = None
     _last_point: WalkPoint | None = None
+    _linear: LinearRows | None = None
     _last_hessian: tuple[Array, Array, float, Array] | None = None  # after its three arguments
 
     @checked_arguments
@@ -339,9 +340,8 @@ class WalkProblem(NLP):
         for one, weight in self._cost_gradient(found).items():
             gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         gradient.setflags(write=False)
-        slopes = RowSlopes(
-            self.blocks, self._edges, self._linear(step, jacobians), step.values, jacobians
-        )
+        linear = self._linear_rows(step)
+        slopes = RowSlopes(self.blocks, self._edges, linear, step.values, jacobians)
         # who asked for all rows at the last point asks for them at this one, too; and derivatives
         # of functions of one's own need not be finite where what these read is
         own = self.task.extensions or self.task.terrain is not None
@@ -356,21 +356,15 @@ class WalkProblem(NLP):
             self._last_gradient = found, self.cost.gradient(found.whole)
         return self._last_gradient[1]
 
-    def _linear(self, step: Period, jacobians: Jacobians | None = None) -> LinearRows:
-        """Return what makes linear rows, or their derivatives, made once."""
-        derivatives = jacobians is not None
-        if derivatives not in self._linear_rows:
-            made = LinearRows(self.blocks, self._edges, step.values, jacobians)
-            self._linear_rows[derivatives] = made
-        return self._linear_rows[derivatives]
-
     def __getstate__(self) -> dict[str, object]:
         """Return what a copy has: it prepares its linear rows anew."""
-        return {name: one for name, one in vars(self).items() if name != "_linear_rows"}
+        return vars(self) | {"_linear": None}
 
-    @cached_property
-    def _linear_rows(self) -> dict[bool, LinearRows]:
-        return {}
+    def _linear_rows(self, step: Period) -> LinearRows:
+        """Return what makes linear rows and their derivatives, made once."""
+        if self._linear is None:
+            self._linear = LinearRows(self.blocks, self._edges, step.values)
+        return self._linear
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""
@@ -560,7 +554,7 @@ class WalkProblem(NLP):
                 )
 
     def _row_values(self, step: Period) -> Array:
-        found, linear = np.empty(self._row_scales.size), self._linear(step)
+        found, linear = np.empty(self._row_scales.size), self._linear_rows(step)
         linear.write(step.values, found)
         for number in linear.others:
             block, rows = self.blocks[number], self._slices[number]

@@ -195,57 +195,41 @@ _LARGE = 50_000  # numbers: to scale fewer takes less time than to ask one part 
 class LinearRows:
     """Rows that are a constant matrix times quantities, of all constraints that have such.
 
-    Where kernels are built (`compiled`) they are made at once; else there are none of them.
+    Where kernels are built (`compiled`) they are made at once; else there are none of them. Rows of
+    gaps are none, whose derivatives are not formed.
 
     Attributes:
-        kept: numbers of the constraints whose rows are not made, but kept as quantities.
-        others: of those whose rows are made one constraint after the other.
+        others: numbers of the constraints whose rows are made one after the other.
     """
 
     def __init__(
-        self,
-        blocks: Sequence[ConstraintBlock],
-        edges: Indices,
-        values: Mapping[Quantity, Array],
-        jacobians: Jacobians | None = None,
+        self, blocks: Sequence[ConstraintBlock], edges: Indices, values: Mapping[Quantity, Array]
     ) -> None:
-        """Prepare what does not depend on x.
-
-        Args:
-            blocks, edges, values: as of `RowSlopes`.
-            jacobians: likewise, if derivatives are to be made, and not the rows themselves.
-        """
-        self.kept, self.others = list[int](), list[int]()
+        """Prepare what does not depend on x; arguments as of `RowSlopes`."""
         sources: dict[Quantity, int] = {}
         linear = compiled.linear_rows() if compiled.in_use() else None
+        self.others = list[int]()
         for number, (block, first) in enumerate(zip(blocks, edges.tolist(), strict=False)):
-            if jacobians is not None and _kept(block, values, jacobians):
-                self.kept.append(number)
-                continue
-            product = jacobians is not None and not jacobians.products.keys().isdisjoint(
-                block.reads
-            )
-            matrix = None if linear is None or product else block.function.as_matrix
+            gaps = not {*block.reads}.isdisjoint(quantities.BODY_GAPS)
+            matrix = None if linear is None or gaps else block.function.as_matrix
             widths = [values[one].shape[1] for one in block.reads]
             if linear is None or matrix is None or not _fits(matrix, block, sum(widths)):
                 self.others.append(number)
                 continue
             read = [sources.setdefault(one, len(sources)) for one in block.reads]
-            entries = np.concatenate([np.arange(width) for width in widths])
-            by_scale = matrix / block.scale[:, None]
-            linear.add(first, np.repeat(read, widths), entries, block.instants, by_scale)
+            linear.add(first, read, widths, block.instants, matrix / block.scale[:, None])
         self._made, self._reads = linear, tuple(sources)
 
-    def write(self, quantities: Mapping[Quantity, Array], found: Array, first: int = 0) -> None:
-        """Write them, over their scales, into a table of rows.
+    def write(self, of: Mapping[Quantity, Array], found: Array, first: int = 0) -> None:
+        """Write them, over their scales, into a table of rows that follow each other.
 
         Args:
-            quantities: shape (K, entries) each, or their derivatives, (K, entries, P) each.
+            of: quantities, shape (K, entries) each, or their derivatives, (K, entries, P) each.
             found: shape (m,), or (m, P).
             first: number of its first row.
         """
         if self._made is not None:
-            self._made.of([quantities[one] for one in self._reads], found, first)
+            self._made.of([of[one] for one in self._reads], found, first)
 
 
 def _kept(block: ConstraintBlock, values: Mapping[Quantity, Array], jacobians: Jacobians) -> bool:
@@ -331,7 +315,7 @@ class RowSlopes:
     def _part(self, number: int) -> Table | Product | Stacked:
         if self._of is not None and number not in self._found:
             blocks, linear, values, jacobians = self._of
-            if number in linear.kept or number in linear.others:
+            if number in linear.others or _kept(blocks[number], values, jacobians):
                 self._found[number] = _rows_of(blocks[number], values, jacobians)
             else:
                 start, end = self._edges[number : number + 2].tolist()
@@ -415,20 +399,24 @@ def _all_rows(
     found: list[Table | Product] = []
     cuts, width = list(pairwise(edges.tolist())), jacobians[quantities.TRAVEL].shape[-1]
     table, first = np.empty((cuts[-1][1], width)), 0
-    linear.write(jacobians, table)
+    kept = [number for number, one in enumerate(blocks) if _kept(one, values, jacobians)]
+    for number in (*kept, None):
+        start, end = (len(table),) * 2 if number is None else cuts[number]
+        if first < start:
+            linear.write(jacobians, table[first:start], first)
+            found.append(Table(table[first:start]))
+        if number is not None:
+            rows = _rows_of(blocks[number], values, jacobians)
+            found += rows.each if isinstance(rows, Stacked) else (rows,)
+        first = end
     for number in linear.others:
+        if number in kept:
+            continue
         block, (start, end) = blocks[number], cuts[number]
         slopes = block.function.chained(block.take(values), block.take(jacobians))
         per_unit = np.repeat(1.0 / block.scale, width).reshape(-1, width)
         np.multiply(slopes, per_unit, out=table[start:end].reshape(slopes.shape))
-    for number in linear.kept:
-        start, end = cuts[number]
-        if first < start:
-            found.append(Table(table[first:start]))
-        first = end
-        rows = _rows_of(blocks[number], values, jacobians)
-        found += rows.each if isinstance(rows, Stacked) else (rows,)
-    return [*found, Table(table[first:])] if first < len(table) else found
+    return found
 
 
 def _rows_of(

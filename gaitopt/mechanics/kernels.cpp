@@ -363,30 +363,39 @@ struct AskedRows {
   LinearRows rows;
   std::vector<std::array<py::ssize_t, 2>> least;  // instants and entries of each quantity
 
-  void add(py::ssize_t number, const Numbers &sources, const Numbers &entries,
+  // Of all entries of some quantities side by side, so many of each.
+  void add(py::ssize_t number, const std::vector<long> &quantities, const std::vector<long> &widths,
            const Numbers &instants, const Table &matrix) {
+    std::vector<long> sources, entries;
+    if (quantities.size() != widths.size())
+      throw std::invalid_argument("give a width for each quantity");
+    for (std::size_t k = 0; k < quantities.size(); ++k) {
+      if (quantities[k] < 0 || quantities[k] > MOST || widths[k] > MOST)
+        throw std::invalid_argument("there are not so many quantities or entries");
+      for (long entry = 0; entry < widths[k]; ++entry) {
+        sources.push_back(quantities[k]);
+        entries.push_back(entry);
+      }
+    }
     const bool each = matrix.ndim() == 3;
-    const py::ssize_t size = sources.size(), count = instants.size();
+    const auto size = static_cast<py::ssize_t>(sources.size());
+    const py::ssize_t count = instants.size();
     const py::ssize_t height = matrix.ndim() < 2 ? 0 : matrix.shape(each ? 1 : 0);
-    expect(sources, "sources", {size});
-    expect(entries, "entries", {size});
     expect(instants, "instants", {count});
     if (each)
       expect(matrix, "matrix", {count, height, size});
     else
       expect(matrix, "matrix", {height, size});
-    expect_below(sources, "sources", MOST);
-    expect_below(entries, "entries", MOST);
     expect_below(instants, "instants", MOST);
     if (number < (rows.numbers.empty() ? 0 : rows.numbers.back() + 1))
       throw std::invalid_argument("rows are added in the order of their numbers, from 0");
     const py::ssize_t upto =
         count == 0 ? 0 : 1 + *std::max_element(instants.data(), instants.data() + count);
     for (py::ssize_t i = 0; i < size; ++i) {
-      const auto source = static_cast<std::size_t>(sources.data()[i]);
+      const auto source = static_cast<std::size_t>(sources[i]);
       if (source >= least.size()) least.resize(source + 1, {0, 0});
       least[source][0] = std::max(least[source][0], upto);
-      least[source][1] = std::max<py::ssize_t>(least[source][1], entries.data()[i] + 1);
+      least[source][1] = std::max<py::ssize_t>(least[source][1], entries[i] + 1);
     }
     rows.add(number, sources.data(), entries.data(), size, instants.data(), count, matrix.data(),
              height, each ? height * size : 0);
@@ -422,7 +431,7 @@ struct AskedRows {
     }
   }
 
-  static constexpr py::ssize_t MOST = py::ssize_t{1} << 40;
+  static constexpr long MOST = 1L << 20;
 };
 
 }  // namespace
@@ -468,8 +477,8 @@ PYBIND11_MODULE(kernels, module) {
            py::arg("base"));
   py::class_<AskedRows>(module, "LinearRows")
       .def(py::init<>())
-      .def("add", &AskedRows::add, py::arg("number"), py::arg("sources"), py::arg("entries"),
-           py::arg("instants"), py::arg("matrix"))
+      .def("add", &AskedRows::add, py::arg("number"), py::arg("quantities"),
+           py::arg("widths"), py::arg("instants"), py::arg("matrix"))
       .def("of", &AskedRows::of, py::arg("quantities"), py::arg("found").noconvert(),
            py::arg("number") = 0);
 }

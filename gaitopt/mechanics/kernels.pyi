@@ -91,6 +91,11 @@ class Landing:
 
 class LinearRows:
     def add(
-        self, number: int, sources: Indices, entries: Indices, instants: Indices, matrix: Array
+        self,
+        number: int,
+        quantities: Sequence[int],
+        widths: Sequence[int],
+        instants: Indices,
+        matrix: Array,
     ) -> None: ...
     def of(self, quantities: Sequence[Array], found: Array, number: int = 0) -> None: ...

@@ -121,8 +121,8 @@ def test_linear_rows_are_their_matrix_times_what_they_read():
     first, second = random.normal(size=(4, 3, 5)), random.normal(size=(4, 2, 5))
     both, each = random.normal(size=(2, 5)), random.normal(size=(2, 1, 3))
     rows = compiled.linear_rows()
-    rows.add(1, [0, 0, 0, 1, 1], [0, 1, 2, 0, 1], [0, 1, 2, 3], both)
-    rows.add(9, [0, 0, 0], [0, 1, 2], [3, 1], each)
+    rows.add(1, [0, 1], [3, 2], [0, 1, 2, 3], both)
+    rows.add(9, [0], [3], [3, 1], each)
     side_by_side = np.concatenate([first, second], axis=1)
     expected = np.concatenate([(both @ side_by_side).reshape(8, 5), (each @ first[[3, 1]])[:, 0]])
     slopes, values = np.full((12, 5), np.nan), np.full(12, np.nan)
@@ -150,13 +150,13 @@ def test_linear_rows_are_their_matrix_times_what_they_read():
 )
 def test_linear_rows_refuse_what_they_cannot_read(quantity, found):
     rows = compiled.linear_rows()
-    rows.add(9, [0, 0, 0], [0, 1, 2], [3, 1], np.ones((1, 3)))
+    rows.add(9, [0], [3], [3, 1], np.ones((1, 3)))
     with pytest.raises(ValueError, match=r"quantity 0 has another shape|found must be rows"):
         rows.of([quantity], found)
     with pytest.raises(ValueError, match="give 1 quantities"):
         rows.of([], np.zeros((12, 5)))
     with pytest.raises(ValueError, match="in the order of their numbers"):
-        rows.add(10, [0], [0], [0], np.ones((1, 1)))
+        rows.add(10, [0], [1], [0], np.ones((1, 1)))
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
