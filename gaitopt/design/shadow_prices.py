@@ -10,6 +10,8 @@ below its value, as a lift-off speed of zero does, the price is that of limits t
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +23,7 @@ from gaitopt.design.relaxation import (
     limit_adjustments,
     step_width_adjustment,
 )
-from gaitopt.gait.constraint import ConstraintBlock
+from gaitopt.gait.constraint import ConstraintBlock, declared_margins
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import Step
 from gaitopt.gait.stride import Steps
@@ -136,8 +138,14 @@ def _rate(
     if not held:
         return 0.0
     value = setting.before + side * _SHARE * setting.step
-    robot, task = setting.changed(problem.robot, problem.task, value)
-    changed = constraint_blocks(robot, task, problem.grid, [block.name for block in held])
+    robot, task, margins = problem.robot, problem.task, problem.task.margins
+    if setting.name in declared_margins(margins):  # nothing else of the task is looked at
+        own: dict[str, Any] = {setting.name: value}
+        margins = replace(margins, **own)
+    else:
+        robot, task = setting.changed(robot, task, value)
+    names = [block.name for block in held]
+    changed = constraint_blocks(robot, task, problem.grid, names, margins=margins)
     changes = (
         pressing(new, old, pressed[old.name], whole) - pressing(old, old, pressed[old.name], whole)
         for old, new in zip(held, changed, strict=True)

@@ -18,7 +18,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import EvaluationError, InputError, own_code
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext
-from gaitopt.gait.constraints import CONSTRAINTS
+from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, CostContext, cost_function
 from gaitopt.gait.double_step import DoubleStepModel, double_cycle_hessian
 from gaitopt.gait.functions import check_function
@@ -580,11 +580,13 @@ def constraint_blocks(
     grid: Grid,
     names: Container[str] | None = None,
     known: Mapping[str, ConstraintBlock] = MappingProxyType({}),
+    margins: Margins | None = None,
 ) -> tuple[ConstraintBlock, ...]:
     """Return the rows of every constraint that a task asks for, its own ones last.
 
     Args:
         names: of the constraints that are wanted; None for all.
+        margins: in place of the task's.
         known: rows that are at hand, by the names of their constraints, of walks of one step. Only
             those of built-in ones are used: one's own may depend on anything.
 
@@ -595,9 +597,10 @@ def constraint_blocks(
     if task.terrain is not None:
         with own_code(task.terrain, f"the terrain '{task.terrain.name}'"):
             check_profile(task.terrain, robot.sole, task.step_length, task.margins.nosing)
+    margins = margins or task.margins
     contexts = [
         ConstraintContext(
-            robot, own, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
+            robot, own, margins, task.speed, task.duration, task.speed_as, task.boundary,
             task.schedule, task.ground, task.lateral_speed, task.turn_rate, task.steps,
         )
         for own in (parts(grid, STRIDE_EDGES, task.schedule.changes) if task.steps > 1 else [grid])
