@@ -24,9 +24,6 @@ constexpr int BASE = 6;  // entries of V and of I that belong to a foot
 using Motion = PairOf<One>;
 using Force = PairOf<One>;
 
-GAITOPT_INLINE PairOf<One> pair_at(const double *six) {
-  return {constant<One>(six), constant<One>(six + 3)};
-}
 GAITOPT_INLINE Motion unit(int i) {
   double six[6] = {};
   six[i] = 1.0;
@@ -231,6 +228,12 @@ void one_impact(const Landing &at, const ImpactMotion &motion, Work &work,
   const int m = at.free, nv = at.speeds(), size = at.size();
   Sole sole;
   assemble(at, motion.angles, work, found.axes, sole, found.kkt);
+  const VectorOf<One> rows[4] = {sole.rotation.x, sole.rotation.y, sole.rotation.z, sole.origin};
+  for (int k = 0; k < 4; ++k) {
+    found.frame[3 * k] = rows[k].x;
+    found.frame[3 * k + 1] = rows[k].y;
+    found.frame[3 * k + 2] = rows[k].z;
+  }
   double *inverse = found.inverse;
   std::copy(found.kkt, found.kkt + size * size, inverse);
   invert(inverse, size, work.pivots.data());
@@ -248,12 +251,6 @@ void one_impact(const Landing &at, const ImpactMotion &motion, Work &work,
   for (int j = 0; j < nv; ++j) found.result[j] += motion.before[j];
   if (found.inputs == nullptr) return;
 
-  const VectorOf<One> rows[4] = {sole.rotation.x, sole.rotation.y, sole.rotation.z, sole.origin};
-  for (int k = 0; k < 4; ++k) {
-    found.frame[3 * k] = rows[k].x;
-    found.frame[3 * k + 1] = rows[k].y;
-    found.frame[3 * k + 2] = rows[k].z;
-  }
   by_posture(at, sole, jump.data(), found.axes, found.result, work);
   const int width = at.inputs(motion.moving);
   std::fill(found.inputs, found.inputs + size * width, 0.0);

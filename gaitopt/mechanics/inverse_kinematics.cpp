@@ -24,8 +24,6 @@ using P = PairOf<One>;
 constexpr int LEG = 6;  // joints
 constexpr double SMALL = 1e-4;  // rad: below it a series is exact
 
-P pair_at(const double *six) { return {constant<One>(six), constant<One>(six + 3)}; }
-
 // Solve A X = B, (6, 6) by (6, count), with exchanges of rows: not finite where A is singular.
 void solve(double (*A)[LEG], double *B, std::ptrdiff_t count) {
   for (int k = 0; k < LEG; ++k) {

@@ -13,8 +13,13 @@ namespace py = pybind11;
 namespace gaitopt {
 namespace {
 
-using Table = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Numbers = py::array_t<long, py::array::c_style | py::array::forcecast>;
+// of another type, order or alignment they are copied
+constexpr int ALIGNED = py::array::forcecast | py::detail::npy_api::NPY_ARRAY_ALIGNED_;
+using Strided = py::array_t<double, ALIGNED>;
+using Table = py::array_t<double, py::array::c_style | ALIGNED>;
+using Numbers = py::array_t<long, py::array::c_style | ALIGNED>;
+
+constexpr long MOST = 1L << 20;  // quantities, entries, instants or rows: sums of them are in range
 
 // Refuse a table of another shape: nothing may be read beyond its end.
 void expect(const py::array &table, const char *name, std::initializer_list<py::ssize_t> shape) {
@@ -208,6 +213,9 @@ Placing placing_of(const std::vector<int> &counts, const std::vector<int> &turns
   const std::size_t all = static_cast<std::size_t>(counts[0]) + counts[1];
   if (turns.size() != all || quantities.size() != all)
     throw std::invalid_argument("every displacement must turn or not, and have a quantity or -1");
+  for (const int quantity : quantities)
+    if (quantity < -1 || quantity > MOST)
+      throw std::invalid_argument("there are not so many quantities");
   expect(facts, "facts", {static_cast<py::ssize_t>(all), 7});
   expect(hips, "hips", {2, 3});
   expect(ankles, "ankles", {2, 3});
@@ -387,7 +395,7 @@ struct AskedRows {
     else
       expect(matrix, "matrix", {height, size});
     expect_below(instants, "instants", MOST);
-    if (number < (rows.numbers.empty() ? 0 : rows.numbers.back() + 1))
+    if (number < (rows.numbers.empty() ? 0 : rows.numbers.back() + 1) || number > MOST)
       throw std::invalid_argument("rows are added in the order of their numbers, from 0");
     const py::ssize_t upto =
         count == 0 ? 0 : 1 + *std::max_element(instants.data(), instants.data() + count);
@@ -403,18 +411,18 @@ struct AskedRows {
 
   // Write those of them that a table is for, from a number on: of quantities (K, e) into rows (m,),
   // or of derivatives (K, e, P) into (m, P).
-  void of(const std::vector<py::array_t<double>> &quantities, py::array_t<double> found,
-          py::ssize_t number) const {
+  void of(const std::vector<Strided> &quantities, Strided found, py::ssize_t number) const {
     const auto step = static_cast<py::ssize_t>(sizeof(double));
     const bool derivatives = found.ndim() == 2;
     const py::ssize_t width = derivatives ? found.shape(1) : 1;
     if (found.ndim() < 1 || found.ndim() > 2 || !(found.flags() & py::array::c_style))
       throw std::invalid_argument("found must be rows one by one");
+    if (number < 0) throw std::invalid_argument("rows are numbered from 0");
     if (quantities.size() < least.size())
       throw std::invalid_argument("give " + std::to_string(least.size()) + " quantities");
     std::vector<Quantities> from;
     for (std::size_t k = 0; k < least.size(); ++k) {
-      const py::array_t<double> &one = quantities[k];
+      const Strided &one = quantities[k];
       const bool fits = one.ndim() == (derivatives ? 3 : 2) && one.shape(0) >= least[k][0] &&
                         one.shape(1) >= least[k][1];
       const bool follow = !derivatives || (one.ndim() == 3 && one.shape(2) == width &&
@@ -430,8 +438,6 @@ struct AskedRows {
       linear_rows(rows, from.data(), to);
     }
   }
-
-  static constexpr long MOST = 1L << 20;
 };
 
 }  // namespace

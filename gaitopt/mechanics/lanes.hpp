@@ -13,7 +13,8 @@
 #include <cstddef>
 
 // One version for any processor and one for those of the last ten years, chosen as the library is
-// loaded. Neither fuses products with sums (setup.py), so that both give the same numbers.
+// loaded. Neither fuses products with sums (setup.py), so that both give the same numbers. Sines and
+// cosines are those of the C library, whose last digit depends on the processor.
 #if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
 #define GAITOPT_ANY_PROCESSOR __attribute__((target_clones("avx2", "default")))
 #else
@@ -130,7 +131,7 @@ template <class N>
 GAITOPT_INLINE VectorOf<N> transposed(const MatrixOf<N> &A, const VectorOf<N> &v) {
   return v.x * A.x + v.y * A.y + v.z * A.z;
 }
-// u A, row after row
+// A B, row after row
 template <class N>
 GAITOPT_INLINE MatrixOf<N> operator*(const MatrixOf<N> &A, const MatrixOf<N> &B) {
   return {transposed(B, A.x), transposed(B, A.y), transposed(B, A.z)};
@@ -202,6 +203,9 @@ GAITOPT_INLINE PairOf<N> no_pair() {
   return {nothing<N>(), nothing<N>()};
 }
 
+GAITOPT_INLINE PairOf<One> pair_at(const double *six) {
+  return {constant<One>(six), constant<One>(six + 3)};
+}
 GAITOPT_INLINE Pair load_pair(const Instants &here, const double *table, std::ptrdiff_t width,
                               std::ptrdiff_t first) {
   Lane six[6];

@@ -6,6 +6,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 
 import numpy as np
@@ -157,6 +158,46 @@ def test_linear_rows_refuse_what_they_cannot_read(quantity, found):
         rows.of([], np.zeros((12, 5)))
     with pytest.raises(ValueError, match="in the order of their numbers"):
         rows.add(10, [0], [1], [0], np.ones((1, 1)))
+
+
+@pytest.mark.parametrize("number", [-(2**63), -1, 2**62, 2**63 - 1])
+def test_numbers_beyond_all_tables_are_refused(number):
+    rows = compiled.linear_rows()
+    rows.add(0, [0], [3], [0], np.ones((1, 3)))
+    with pytest.raises(ValueError, match=r"rows are numbered from 0|give 1 quantities"):
+        rows.of([], np.zeros((1, 5)), number)
+    with pytest.raises(ValueError, match="in the order of their numbers"):
+        rows.add(number, [0], [3], [0], np.ones((1, 3)))
+    quantity = max(-(2**31), min(number, 2**31 - 1)) - (number == -1)
+    with pytest.raises(ValueError, match="there are not so many quantities"):
+        compiled.kernels.Placing(
+            [1, 0], [0], [quantity], np.ones((1, 7)), np.ones((2, 3)), np.ones((2, 3))
+        )
+
+
+def test_tables_of_any_layout_are_read(robot):
+    """Also of another order of bytes, between other numbers, or at an address of no double."""
+    bodies, motion = compiled.bodies_of(robot), random_motion(robot, 5)
+    expected = bodies.inverse_dynamics(*motion, True)
+    unaligned = np.zeros(motion.nbytes + 1, np.uint8)[1:].view(float).reshape(motion.shape)
+    unaligned[...] = motion
+    fixed = motion.copy()
+    fixed.flags.writeable = False
+    for one in (np.asfortranarray(motion), motion.astype(">f8"), unaligned, fixed):
+        for found, table in zip(bodies.inverse_dynamics(*one, True), expected, strict=True):
+            np.testing.assert_array_equal(found, table)
+
+
+def test_threads_compute_together(robot):
+    """Kernels let other threads run and keep nothing between calls."""
+    bodies, motions = compiled.bodies_of(robot), [random_motion(robot, 31, k) for k in range(8)]
+    alone = [bodies.inverse_dynamics(*motion, True) for motion in motions]
+    with ThreadPoolExecutor(4) as threads:
+        for _ in range(20):
+            together = threads.map(lambda motion: bodies.inverse_dynamics(*motion, True), motions)
+            for found, expected in zip(together, alone, strict=True):
+                for table, other in zip(found, expected, strict=True):
+                    np.testing.assert_array_equal(table, other)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
