@@ -23,7 +23,7 @@ setup(
             depends=sorted(map(str, PACKAGE.glob("*/*.hpp"))),
             define_macros=[("GAITOPT_SOURCES", f"{SOURCES}u")],
             cxx_std=17,
-            # no product is fused with a sum, so that both versions of lanes.hpp give the same numbers
+            # no product is fused with a sum, so that both versions (lanes.hpp) give the same
             extra_compile_args=["-O3", "-fno-math-errno", "-ffp-contract=off", "-Wno-psabi"],
             optional=True,
         )
