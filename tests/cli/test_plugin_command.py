@@ -234,7 +234,7 @@ BROKEN = [
         "whether it is asked for",
     ),
     (LIMIT, ROWS, "upper='x'", "the limits of the constraint 'roll' are no numbers"),
-    (LIMIT, ROWS, "scale='x'", r"the scale of the constraint 'roll' is \['x'\]"),
+    (LIMIT, ROWS, f"{ROWS}, scale='x'", r"the scale of the constraint 'roll' is \['x'\]"),
     (LIMIT, '("roll",)', '"r"', "give a tuple of texts for the rows"),
     (LIMIT, '("roll",)', "(5,)", "give a tuple of texts for the rows"),
     (LIMIT, FIRST, "first = None", "constraint 'roll' has None for its function"),
