@@ -57,10 +57,10 @@ def _print_version(wanted: bool) -> None:
 
 
 def _kernels() -> str:
-    from gaitopt.mechanics.compiled import BUILT
+    from gaitopt.mechanics.compiled import BUILT, WANTED
 
     if BUILT:
-        return "compiled"
+        return "compiled" if WANTED else "compiled, but GAITOPT_COMPILED=0 leaves them aside"
     return (
         "not compiled, so that a walk takes twice as long; install gaitopt again where there is a "
         "C++ compiler"

@@ -80,7 +80,10 @@ def test_version(cli, monkeypatch):
     first, second = result.stdout.splitlines()
     assert (result.exit_code, first) == (0, f"gaitopt {__version__}")
     assert second.startswith("kernels: compiled") == compiled.BUILT
-    monkeypatch.setattr(compiled, "BUILT", False)
+    for built in (True, False):
+        monkeypatch.setattr(compiled, "BUILT", built)
+        monkeypatch.setattr(compiled, "WANTED", False)
+        assert ("but GAITOPT_COMPILED=0 leaves them aside" in cli("--version").stdout) == built
     assert "install gaitopt again where there is a C++ compiler" in cli("--version").stdout
 
 
