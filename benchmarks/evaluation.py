@@ -1,8 +1,12 @@
-"""Evaluation and exact Hessian against the bare sweep of `computeRNEADerivatives` calls."""
+"""Evaluation and exact Hessian against the bare sweep of `computeRNEADerivatives` calls.
+
+By the compiled kernels, and by the plain path beside them.
+"""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,6 +14,7 @@ from common import BareSweep, arguments, interleaved, save, start, walk
 
 from gaitopt.design.process import small_matrices
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.mechanics import compiled
 from gaitopt.nlp import Array, Start
 from gaitopt.solvers.sqp import SQP
 
@@ -26,16 +31,20 @@ def run(samples: int, rounds: int) -> dict[str, Any]:
     nearby = [solution.x + 1e-4 * rng.normal(size=solution.x.size) for _ in range(POINTS)]
     # Started apart, so that none of them meets the point which the one before it has left.
     first, second, third = (itertools.cycle(nearby[i:] + nearby[:i]) for i in (0, 1, 3))
-    parts = {
+    parts: dict[str, Callable[[], object]] = {
         "bare": BareSweep(problem, *nearby),
         "values": lambda: problem.values(next(first)),
         "point": lambda: _all_rows(problem, next(second)),
         "point and hessian": lambda: _both(problem, next(third), solution.multipliers),
     }
+    for name in ("values", "point", "point and hessian"):
+        parts[f"plain {name}"] = _plainly(parts[name])
     times = interleaved(parts, rounds)
-    times["hessian"] = {
-        how: times["point and hessian"][how] - times["point"][how] for how in ("min", "median")
-    }
+    for kind in ("", "plain "):
+        times[f"{kind}hessian"] = {
+            how: times[f"{kind}point and hessian"][how] - times[f"{kind}point"][how]
+            for how in ("min", "median")
+        }
     return {
         "samples": samples,
         "rows": problem.rows.lower.size,
@@ -43,6 +52,19 @@ def run(samples: int, rounds: int) -> dict[str, Any]:
         "rows with multipliers": int(np.count_nonzero(solution.multipliers)),
         "seconds": times,
     }
+
+
+def _plainly(function: Callable[[], object]) -> Callable[[], object]:
+    """The same by the plain path."""
+
+    def call() -> None:
+        wanted, compiled.WANTED = compiled.WANTED, False
+        try:
+            function()
+        finally:
+            compiled.WANTED = wanted
+
+    return call
 
 
 def _all_rows(problem: WalkProblem, x: Array) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from comparisons import snopt_ratios
 from live_sections import ASKED
-from process_sections import own_seconds
+from process_sections import own_seconds, ratios_to_old
 from robots_section import OPTIMAL
 from robots_section import solved as solved_of
 from sections import solved
@@ -23,6 +23,7 @@ def must_show(data: dict[str, Any]) -> str:
         _paper_own(data["paper_own"]),
         _bipeds(data["random_bipeds"]),
         *_process(data["process"]),
+        *_designs(data["designs"]),
         *_robots(data["real_robots"]),
         _sweep(data["sweep"]),
         *_workers(data["workers"]["commands"]),
@@ -116,6 +117,21 @@ def _process(data: Record) -> list[tuple[str, str, str, bool]]:
     ):
         wall = median(run["wall"] for run in data[name])
         rows.append((what, f"< {most:g} s", f"{wall:.2f} s", wall < most))
+    return rows
+
+
+def _designs(data: Record) -> list[tuple[str, str, str, bool]]:
+    rows = []
+    for what, name, most in (
+        ("design", "certified design from one start", 0.5),
+        ("next walk", "the next walk, 0.01 m/s away", 0.35),
+    ):
+        ratios = ratios_to_old(data, what)
+        rows.append((
+            name, f"≤ {most:g} times version 0.1",
+            f"{median(ratios):.2f} times; {min(ratios):.2f} to {max(ratios):.2f} at four speeds",
+            median(ratios) <= most,
+        ))  # fmt: skip
     return rows
 
 

@@ -166,3 +166,37 @@ def proof(data: Record) -> str:
         f"certificate by more than {max(hidden, 0.0):.1e}. {len(others)} further draws had no gait "
         "or were not certified, and say so."
     )
+
+
+def designs(data: Record) -> str:
+    """Designs and next walks over version 0.1."""
+    rows = []
+    for what in ("design", "next walk"):
+        for column, speed in enumerate(data["speeds"]):
+            old, plain, own = (
+                median(turn[column] for turn in data[name][what])
+                for name in ("0.1", "plain path", "gaitopt")
+            )
+            rows.append((
+                what, f"{speed:g}", *(f"{1e3 * time:.1f}" for time in (old, plain, own)),
+                f"{plain / old:.2f}", f"{own / old:.2f}",
+            ))  # fmt: skip
+    head = (
+        "what", "m/s", "version 0.1, ms", "plain path, ms", "ms", "plain path over 0.1", "over 0.1",
+    )  # fmt: skip
+    turns = len(data["0.1"]["design"])
+    return (
+        "Biped, preset `standard`: certified designs from one start; next walks at the samples "
+        "from the walk 0.01 m/s slower (`Replanner`; in version 0.1 its SQP from that walk and its "
+        f"multipliers), program included. CPU time, medians of {turns} turns; of the next walk "
+        "each turn is the least of three.\n\n" + table(head, rows)
+    )
+
+
+def ratios_to_old(data: Record, what: str) -> list[float]:
+    """Return the ratios of median times to those of version 0.1, at each speed."""
+    times = (
+        [median(turn[k] for turn in data[name][what]) for k in range(len(data["speeds"]))]
+        for name in ("gaitopt", "0.1")
+    )
+    return [own / old for own, old in zip(*times, strict=True)]

@@ -37,6 +37,7 @@ SECTIONS = (
     ("sweep", "Sweeps", process_sections.sweep),
     ("workers", "Workers", process_sections.workers),
     ("grids", "Grids", process_sections.grids),
+    ("designs", "Designs and next walks beside version 0.1", process_sections.designs),
     ("replanning", "Replanning", live_sections.replanning),
     ("live", "The live page", live_sections.live),
     ("fuzz", "Damaged inputs", fuzz_section.fuzz),

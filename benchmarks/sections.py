@@ -16,19 +16,23 @@ def evaluation(data: list[Record]) -> str:
                 line["samples"],
                 line["rows"],
                 f"{1e3 * bare:.2f}",
-                *(f"{taken[k]['min'] / bare:.1f}" for k in ("values", "point", "hessian")),
+                *(
+                    f"{taken[kind + k]['min'] / bare:.1f}"
+                    for kind in ("", "plain ")
+                    for k in ("values", "point", "hessian")
+                ),
                 f"{1e6 * taken['point']['min'] / line['samples']:.0f}",
             )
         )
     head = (
         "samples", "rows", "bare sweep, ms", "values", "all derivatives", "exact Hessian",
-        "derivatives, µs per sample",
+        "plain path: values", "derivatives", "Hessian", "derivatives, µs per sample",
     )  # fmt: skip
     return (
-        "Least CPU time over interleaved rounds, in units of the bare sweep: one "
-        "`computeRNEADerivatives` call per sample. The Hessian is that of the Lagrangian at the "
-        "optimum's multipliers, after the derivatives. Growth is linear where the last column "
-        "is constant.\n\n" + table(head, rows)
+        "Compiled, and by the plain path (`GAITOPT_COMPILED=0`). Least CPU time over interleaved "
+        "rounds, in units of the bare sweep: one `computeRNEADerivatives` call per sample. The "
+        "Hessian is that of the Lagrangian at the optimum's multipliers, after the derivatives. "
+        "Growth is linear where the last column is constant.\n\n" + table(head, rows)
     )
 
 

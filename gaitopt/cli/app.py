@@ -62,7 +62,7 @@ def _kernels() -> str:
     if BUILT:
         return "compiled" if WANTED else "compiled, but GAITOPT_COMPILED=0 leaves them aside"
     return (
-        "not compiled, so that a walk takes twice as long; install gaitopt again where there is a "
+        "not compiled, so that a walk takes a third longer; install gaitopt again where there is a "
         "C++ compiler"
     )
 

@@ -31,8 +31,8 @@ else:
     BUILT = not sources or known == getattr(kernels, "SOURCES", None)
     if not BUILT:
         warnings.warn(
-            "gaitopt's kernels were compiled from other sources, so that a walk takes twice as "
-            "long; install gaitopt again, or: python setup.py build_ext --inplace --force",
+            "gaitopt's kernels were compiled from other sources, so that a walk takes a "
+            "third longer; install gaitopt again, or: python setup.py build_ext --inplace --force",
             stacklevel=1,
         )
 

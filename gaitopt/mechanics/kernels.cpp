@@ -79,10 +79,7 @@ py::tuple support(const Bodies &robot, const Table &q, const Table &dq, const Ta
   const SupportTables found = {effort.mutable_data(), frame.mutable_data(),
                                derivatives ? jacobian.mutable_data() : nullptr,
                                derivatives ? axes.mutable_data() : nullptr};
-  {
-    py::gil_scoped_release others;
-    inverse_dynamics(robot, motion, found);
-  }
+  inverse_dynamics(robot, motion, found);
   return py::make_tuple(effort, frame, jacobian, axes);
 }
 
@@ -100,10 +97,7 @@ py::tuple bent_support(const Bodies &robot, const Table &q, const Table &dq, con
       {count, q.data(), dq.data(), ddq.data()}, base.data(), weights.data()};
   const HessianTables found = {qq.mutable_data(), qv.mutable_data(), vv.mutable_data(),
                                qa.mutable_data(), by_base.mutable_data()};
-  {
-    py::gil_scoped_release others;
-    inverse_dynamics_hessian(robot, given, found);
-  }
+  inverse_dynamics_hessian(robot, given, found);
   return py::make_tuple(qq, qv, vv, qa, by_base);
 }
 
@@ -113,10 +107,7 @@ py::array_t<double> placed(const Bodies &robot, const Table &q) {
   py::array_t<double> frames({n + 1, count, py::ssize_t{4}, py::ssize_t{4}});
   const double *angles = q.data();
   double *found = frames.mutable_data();
-  {
-    py::gil_scoped_release others;
-    place_bodies(robot, angles, count, found);
-  }
+  place_bodies(robot, angles, count, found);
   return frames;
 }
 
@@ -134,10 +125,7 @@ py::tuple foot_points(const Bodies &robot, const Table &frames, const Table &axe
   const FootPoints given = {instants, count, frames.data(), derivatives ? axes.data() : nullptr,
                             points.data()};
   double *at = found.mutable_data(), *slopes_at = slopes.mutable_data();
-  {
-    py::gil_scoped_release others;
-    move_points(robot, given, at, slopes_at);
-  }
+  move_points(robot, given, at, slopes_at);
   return py::make_tuple(found, slopes);
 }
 
@@ -149,10 +137,7 @@ py::array_t<double> bent_corners(const Table &axes, const Table &jacobian, const
   expect(weights, "weights", {count, 4, 3});
   py::array_t<double> hessian({count, n, n});
   double *found = hessian.mutable_data();
-  {
-    py::gil_scoped_release others;
-    corner_hessian({count, n, axes.data(), jacobian.data(), weights.data()}, found);
-  }
+  corner_hessian({count, n, axes.data(), jacobian.data(), weights.data()}, found);
   return hessian;
 }
 
@@ -182,10 +167,7 @@ py::array_t<double> nearest_points(const Table &frames, const Numbers &carriers,
                         sides.data(), sides.data() + pairs, squares.data()};
   const double *at = frames.data();
   double *found = points.mutable_data();
-  {
-    py::gil_scoped_release others;
-    nearest(all, at, count, found);
-  }
+  nearest(all, at, count, found);
   return points;
 }
 
@@ -197,10 +179,7 @@ py::tuple legs_closed(const Bodies &robot, const Table &q, const Table &targets,
   py::array_t<double> found(py::ssize_t{12});
   std::copy(q.data(), q.data() + 12, found.mutable_data());
   bool closed;
-  {
-    py::gil_scoped_release others;
-    closed = close_legs(robot, targets.data(), {steps, last, largest}, found.mutable_data());
-  }
+  closed = close_legs(robot, targets.data(), {steps, last, largest}, found.mutable_data());
   return py::make_tuple(found, closed);
 }
 
@@ -332,10 +311,7 @@ py::tuple landed(const Landing &at, const Table &angles, const Table &rate,
   const ImpactTables found = {result.mutable_data(),  kkt.mutable_data(),
                               inverse.mutable_data(), axes.mutable_data(),
                               frame.mutable_data(),   derivatives ? inputs.mutable_data() : nullptr};
-  {
-    py::gil_scoped_release others;
-    impact(at, motion, found);
-  }
+  impact(at, motion, found);
   return py::make_tuple(result, inputs, kkt, inverse, axes, frame);
 }
 
@@ -359,10 +335,7 @@ Table landed_hessian(const Landing &at, const Table &velocity, const Table &impu
                                 qq.data(),       qa.data(),      base.data()};
   Table hessian({width, width});
   double *found = hessian.mutable_data();
-  {
-    py::gil_scoped_release others;
-    impact_hessian(at, given, found);
-  }
+  impact_hessian(at, given, found);
   return hessian;
 }
 
@@ -433,10 +406,7 @@ struct AskedRows {
       from.push_back({one.data(), one.strides(0) / step, one.strides(1) / step});
     }
     const RowTable to = {number, found.shape(0), width, found.mutable_data()};
-    {
-      py::gil_scoped_release others;
-      linear_rows(rows, from.data(), to);
-    }
+    linear_rows(rows, from.data(), to);
   }
 };
 

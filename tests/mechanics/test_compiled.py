@@ -189,7 +189,7 @@ def test_tables_of_any_layout_are_read(robot):
 
 
 def test_threads_compute_together(robot):
-    """Kernels let other threads run and keep nothing between calls."""
+    """Kernels keep nothing between calls."""
     bodies, motions = compiled.bodies_of(robot), [random_motion(robot, 31, k) for k in range(8)]
     alone = [bodies.inverse_dynamics(*motion, True) for motion in motions]
     with ThreadPoolExecutor(4) as threads:
