@@ -105,9 +105,7 @@ py::array_t<double> placed(const Bodies &robot, const Table &q) {
   const py::ssize_t n = robot.count, count = q.ndim() == 2 ? q.shape(0) : 0;
   expect(q, "q", {count, n});
   py::array_t<double> frames({n + 1, count, py::ssize_t{4}, py::ssize_t{4}});
-  const double *angles = q.data();
-  double *found = frames.mutable_data();
-  place_bodies(robot, angles, count, found);
+  place_bodies(robot, q.data(), count, frames.mutable_data());
   return frames;
 }
 
@@ -124,8 +122,7 @@ py::tuple foot_points(const Bodies &robot, const Table &frames, const Table &axe
   py::array_t<double> slopes({rows, count, py::ssize_t{3}, n});
   const FootPoints given = {instants, count, frames.data(), derivatives ? axes.data() : nullptr,
                             points.data()};
-  double *at = found.mutable_data(), *slopes_at = slopes.mutable_data();
-  move_points(robot, given, at, slopes_at);
+  move_points(robot, given, found.mutable_data(), slopes.mutable_data());
   return py::make_tuple(found, slopes);
 }
 
@@ -136,8 +133,8 @@ py::array_t<double> bent_corners(const Table &axes, const Table &jacobian, const
   expect(jacobian, "jacobian", {count, 4, 3, n});
   expect(weights, "weights", {count, 4, 3});
   py::array_t<double> hessian({count, n, n});
-  double *found = hessian.mutable_data();
-  corner_hessian({count, n, axes.data(), jacobian.data(), weights.data()}, found);
+  corner_hessian({count, n, axes.data(), jacobian.data(), weights.data()},
+                 hessian.mutable_data());
   return hessian;
 }
 
@@ -165,9 +162,7 @@ py::array_t<double> nearest_points(const Table &frames, const Numbers &carriers,
   py::array_t<double> points({py::ssize_t{14}, pairs * count});
   const Capsules all = {capsules,     pairs,        carriers.data(), segments.data(),
                         sides.data(), sides.data() + pairs, squares.data()};
-  const double *at = frames.data();
-  double *found = points.mutable_data();
-  nearest(all, at, count, found);
+  nearest(all, frames.data(), count, points.mutable_data());
   return points;
 }
 
@@ -178,8 +173,8 @@ py::tuple legs_closed(const Bodies &robot, const Table &q, const Table &targets,
   if (robot.foot != 11) throw std::invalid_argument("the legs must have six joints each");
   py::array_t<double> found(py::ssize_t{12});
   std::copy(q.data(), q.data() + 12, found.mutable_data());
-  bool closed;
-  closed = close_legs(robot, targets.data(), {steps, last, largest}, found.mutable_data());
+  const bool closed =
+      close_legs(robot, targets.data(), {steps, last, largest}, found.mutable_data());
   return py::make_tuple(found, closed);
 }
 
@@ -211,7 +206,6 @@ Placing placing_of(const std::vector<int> &counts, const std::vector<int> &turns
   return placing;
 }
 
-// What follows takes a microsecond or two: too short to let others run.
 py::tuple support_placed(const Placing &placing, const Table &geometry) {
   const py::ssize_t size = geometry.ndim() == 1 ? geometry.size() : 0;
   expect(geometry, "geometry", {std::max<py::ssize_t>(size, placing.quantities)});
@@ -334,8 +328,7 @@ Table landed_hessian(const Landing &at, const Table &velocity, const Table &impu
                                 inputs.data(),   moving,         adjoint.data(),
                                 qq.data(),       qa.data(),      base.data()};
   Table hessian({width, width});
-  double *found = hessian.mutable_data();
-  impact_hessian(at, given, found);
+  impact_hessian(at, given, hessian.mutable_data());
   return hessian;
 }
 
